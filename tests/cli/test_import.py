@@ -1,7 +1,5 @@
-"""Linkages from files of other programs: the study that is written, what is left open, what is refused."""
+"""Linkages from tables of links and joints: the study that is written, what is left open, what is refused."""
 
-import json
-import math
 import re
 from pathlib import Path
 
@@ -10,92 +8,42 @@ import pytest
 from jointplay.cli import main
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism import catalog
-from jointplay.solver.mechanism.loops.closure import ideal_state
 from jointplay.study.file import load
 from jointplay.study.import_file import imported
 
 PAGE = (Path(__file__).parents[2] / "docs" / "study-files.md").read_text(encoding="utf-8")
 CSV = re.search(r"```csv\n(.*?)```", PAGE, re.DOTALL)[1]
 PAPER = catalog.chunmei2002(clearance=0)
-CRANK_ANGLE = 0.7
 
 
-def four_bar(branch="upper"):
-    """The paper's mechanism in mm as pylinkage stores it, drawn at a crank angle."""
-    angles, _ = ideal_state(PAPER, CRANK_ANGLE, branch=branch)
-    end = {"A": (30 * math.cos(angles["crank"]), 30 * math.sin(angles["crank"]))}
-    end["B"] = (200 + 117.5 * math.cos(angles["rocker"]), 117.5 * math.sin(angles["rocker"]))
-    middle = [sum(pair) / 2 for pair in zip(end["A"], end["B"], strict=True)]
-    return {
-        "name": "paper",
-        "joints": [
-            {"id": "O", "type": "ground", "position": [0.0, 0.0]},
-            {"id": "C", "type": "ground", "position": [200.0, 0.0]},
-            {"id": "A", "type": "revolute", "position": list(end["A"])},
-            {"id": "P", "type": "revolute", "position": middle, "name": "tracer"},
-            {"id": "j4", "type": "revolute", "position": list(end["B"]), "name": "B"},
-        ],
-        "links": [
-            {"id": "ground", "type": "ground", "joints": ["O", "C"]},
-            {"id": "l2", "type": "link", "joints": ["A", "P", "j4"], "name": "coupler"},
-            {"id": "rocker", "type": "link", "joints": ["j4", "C"]},
-            {
-                "id": "crank",
-                "type": "driver",
-                "joints": ["O", "A"],
-                "angular_velocity": 0.1,
-                "motor_joint": "O",
-            },
-        ],
-        "ground": "ground",
-    }
-
-
-def written(tmp_path, data, **options):
-    path = tmp_path / "linkage.json"
-    path.write_text(data if isinstance(data, str) else json.dumps(data))
+def written(tmp_path, text, **options):
+    path = tmp_path / "linkage.csv"
+    path.write_text(text)
     return imported(path, **options)
 
 
-def refused(tmp_path, data, **options):
-    with pytest.raises(InputError) as caught:
-        written(tmp_path, data, **{"unit": "mm"} | options)
-    return {problem.key: problem.expected for problem in caught.value.problems}
+def without_mass(text):
+    return re.sub(r"^(link, .*), [\d.]+, [\d.e-]+$", r"\1", text, flags=re.MULTILINE)
 
 
-def changed(key, index, **changes):
-    data = four_bar()
-    data[key][index] |= changes
-    return data
-
-
-@pytest.mark.parametrize("branch", ["upper", "lower"])
-def test_a_four_bar_of_pylinkage_is_the_same_four_bar(tmp_path, branch):
-    text, missing = written(tmp_path, four_bar(branch), unit="mm", bar="0.8 kg/m")
+def test_links_without_mass_are_uniform_bars(tmp_path):
+    text, missing = written(tmp_path, without_mass(CSV), bar="0.8 kg/m")
     assert missing == []
     path = tmp_path / "study.toml"
     path.write_text(text)
-    record = load(path).record
-    mechanism, paper = record.mechanism, {link.name: link for link in PAPER.links}
+    mechanism = load(path).record.mechanism
     assert [link.name for link in mechanism.links] == ["crank", "coupler", "rocker"]
-    assert (mechanism.branch, mechanism.crank, mechanism.drive) == (branch, "crank", None)
-    for link in mechanism.links:
-        assert link.length == pytest.approx(paper[link.name].length, rel=1e-12)
+    assert (mechanism.crank, mechanism.drive) == ("crank", None)
+    for link, paper in zip(mechanism.links, PAPER.links, strict=True):
+        assert link.length == pytest.approx(paper.length, rel=1e-12)
         assert link.mass == pytest.approx(0.8 * link.length, rel=1e-12)
         assert link.inertia == pytest.approx(link.mass * link.length**2 / 3, rel=1e-12)
-    drawn = ideal_state(PAPER, CRANK_ANGLE, branch=branch)[0]
-    own = ideal_state(mechanism, record.analysis.initial["crank_angle"])[0]
-    assert own["crank"] == pytest.approx(drawn["crank"], rel=1e-12)
-    assert own["coupler"] == pytest.approx(drawn["coupler"], rel=1e-9)
-    assert own["rocker"] == pytest.approx(drawn["rocker"], rel=1e-9)
-    assert {joint.name: joint.links for joint in mechanism.joints} == {j.name: j.links for j in PAPER.joints}
-    assert "# Points that connect nothing are left out: tracer." in text
 
 
-def test_what_a_file_does_not_hold_is_left_open_and_named(tmp_path, capsys):
-    path, out = tmp_path / "linkage.json", tmp_path / "study.toml"
-    path.write_text(json.dumps(four_bar()))
-    assert main(["import", str(path), "--unit", "mm", "--out", str(out)]) == 0
+def test_what_a_table_does_not_hold_is_left_open_and_named(tmp_path, capsys):
+    path, out = tmp_path / "linkage.csv", tmp_path / "study.toml"
+    path.write_text(without_mass(CSV))
+    assert main(["import", str(path), "--out", str(out)]) == 0
     said = capsys.readouterr().out.splitlines()
     assert said[:3] == [
         f"written {out}",
@@ -111,69 +59,18 @@ def test_what_a_file_does_not_hold_is_left_open_and_named(tmp_path, capsys):
     ]
     out.write_text(re.sub(r"# FILL IN: (mass|inertia) = ", r"\1 = 0.1", text))
     assert load(out).record.mechanism.links[2].inertia == 0.1
-    assert main(["import", str(path), "--unit", "mm", "--out", str(out)]) == 2
+    assert main(["import", str(path), "--out", str(out)]) == 2
     assert "the name of a file that is not there yet" in capsys.readouterr().err
 
 
-def test_a_joint_of_three_links_is_two(tmp_path):
-    data = four_bar()
-    data["joints"] += [{"id": "E", "type": "ground", "position": [90.0, -70.0]}]
-    data["joints"] += [{"id": "F", "type": "revolute", "position": [150.0, -60.0]}]
-    data["links"] += [{"id": "arm", "type": "link", "joints": ["j4", "F"]}]
-    data["links"] += [{"id": "leg", "type": "link", "joints": ["F", "E"]}]
-    text, _ = written(tmp_path, data, unit="mm")
-    assert text.count('bearing = { link = "coupler"') == 2
-    assert 'name = "B_2"' in text
-    assert "guess = { " in text  # which way other linkages are assembled
-
-
-@pytest.mark.parametrize(
-    ("data", "key", "said"),
-    [
-        ("no JSON", "file", "JSON as pylinkage's mechanism_to_json writes it (0.9.0)"),
-        ({"name": "old", "joints": [{"type": "Static", "x": 0}]}, "file", "older files of joints alone"),
-        (
-            changed("joints", 2, type="prismatic"),
-            "joints[2].type",
-            "no such type of joint that can be taken over",
-        ),
-        (
-            changed("links", 3, type="arc_driver"),
-            "links[3].type",
-            "no such type of link that can be taken over",
-        ),
-        (changed("joints", 2, position=[None, None]), "joints[2].position", "two finite numbers"),
-        (changed("joints", 2, id="O"), "joints[2].id", "a text that no other has"),
-        (
-            changed("joints", 3, position=[90.0, 60.0]),
-            "links[1].joints",
-            "joints at different places in one line",
-        ),
-        (
-            changed("joints", 3, position=[200.0, 0.0]),
-            "links[1].joints",
-            "joints at different places in one line",
-        ),
-        (changed("links", 2, joints=["j4", "D"]), "links[2].joints", "no such joint"),
-        (changed("links", 2, joints=["j4"]), "links[2].joints", "a list of at least two joints"),
-        (changed("links", 2, joints=[["j4"], {}]), "links[2].joints", "a list of at least two joints"),
-        (changed("links", 2, name="a\x7fb"), "name", "a name of printable characters"),
-        (changed("links", 2, name="coupler"), "links[2].name", "a name that no other link has"),
-    ],
-)
-def test_what_cannot_be_told_is_refused(tmp_path, data, key, said):
-    found = refused(tmp_path, data)
-    assert said in found[key]
-
-
-def test_units_that_the_file_does_not_say(tmp_path):
-    assert "the file does not say which" in refused(tmp_path, four_bar(), unit=None)["--unit"]
-    assert "kg comes to kg and not m" in refused(tmp_path, four_bar(), unit="kg")["--unit"]
-    assert "the file does not say which" in refused(tmp_path, four_bar(), unit="3")["--unit"]
+def test_a_wrong_file_or_bar_is_refused(tmp_path):
     for bar in ("3", "3 kg", "-1 kg/m"):
-        assert "a mass per length greater than 0" in refused(tmp_path, four_bar(), bar=bar)["--bar"]
-    with pytest.raises(InputError, match=r"file: got 'a\.txt'; a file that ends in \.json"):
-        imported("a.txt")
+        with pytest.raises(InputError, match="a mass per length greater than 0"):
+            written(tmp_path, CSV, bar=bar)
+    with pytest.raises(InputError, match=r"file: got 'a\.json'; a file that ends in \.csv"):
+        imported("a.json")
+    with pytest.raises(InputError, match=r"name: got .*; a name of printable characters"):
+        written(tmp_path, CSV.replace("coupler", "a\x7fb"))
 
 
 def test_the_table_of_the_docs_is_the_papers_mechanism(tmp_path, capsys):
@@ -230,13 +127,6 @@ def test_a_wrong_table_is_refused_by_its_lines(tmp_path, change, key, said):
     assert said in found[key]
 
 
-def test_a_table_says_its_units_itself(tmp_path):
-    path = tmp_path / "paper.csv"
-    path.write_text(CSV)
-    with pytest.raises(InputError, match="--unit: got 'mm'; accepted for files of pylinkage"):
-        imported(path, "mm")
-
-
 @pytest.mark.parametrize("separator", [";", "\t"])
 def test_a_table_as_spreadsheets_write_it(tmp_path, separator):
     plain, other = tmp_path / "plain.csv", tmp_path / "other.csv"
@@ -254,17 +144,14 @@ def test_a_length_that_is_none_is_refused(tmp_path, length):
         imported(path)
 
 
-@pytest.mark.parametrize(
-    ("suffix", "said"), [("csv", "a table of links and joints"), ("json", "a file of pylinkage")]
-)
-def test_a_file_in_another_encoding_is_called_what_it_is(tmp_path, suffix, said):
-    path = tmp_path / f"latin.{suffix}"
+def test_a_file_in_another_encoding_is_called_what_it_is(tmp_path):
+    path = tmp_path / "latin.csv"
     path.write_bytes("part, name\nlink, Kürbel".encode("latin-1"))
     with pytest.raises(InputError) as caught:
         imported(path)
     (problem,) = caught.value.problems
     assert problem.key == "file"
-    assert said in problem.expected
+    assert "a table of links and joints" in problem.expected
     assert "byte 18 is not UTF-8" in problem.expected
     assert "TOML" not in problem.expected
 
@@ -272,7 +159,7 @@ def test_a_file_in_another_encoding_is_called_what_it_is(tmp_path, suffix, said)
 def test_the_help_has_an_example(capsys):
     with pytest.raises(SystemExit):
         main(["import", "--help"])
-    assert "example: jointplay import linkage.json --unit mm" in " ".join(capsys.readouterr().out.split())
+    assert "example: jointplay import linkage.csv --bar" in " ".join(capsys.readouterr().out.split())
 
 
 PLATE = """part, name, length, mass, inertia, angle, journal, journal_at, bearing, bearing_at, x, y

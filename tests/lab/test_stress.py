@@ -14,7 +14,6 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.analysis.starts import moved
-from jointplay.analysis.tangents import tangent_map
 from jointplay.display.errors import InputError
 from jointplay.solver.equations.parameters import parameter_names
 from jointplay.solver.mechanism.assemble import assemble
@@ -23,6 +22,7 @@ from jointplay_lab.stress import motion, stress
 from jointplay_lab.stress.motion import kick, move, residual, sizes, upto
 from jointplay_lab.stress.stress import cell
 from jointplay_lab.stress.verdict import VERDICTS, disagreement, judge
+from tests.support.tangent_map import tangent_map
 
 TOLERANCES = (1e-8, 1e-10)
 STUDY = Path(__file__).parents[2] / "studies/stress/stress_others.toml"

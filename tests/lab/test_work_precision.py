@@ -16,7 +16,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.method.modes import FREE, SLIP_NEGATIVE, SLIP_POSITIVE, STICK
 from jointplay.solver.motion import trajectory as following
 from jointplay.solver.motion.trajectory import Request, follow, functions
-from jointplay_lab.precision import callbacks, contenders
+from jointplay_lab.precision import contenders, generated_code
 from jointplay_lab.precision import schedule as plans
 from jointplay_lab.precision.contenders import Ours, Outcome
 from jointplay_lab.precision.generated_code import Equations, units
@@ -74,7 +74,7 @@ def test_differences_by_lanes_are_the_jacobian():
     away = 1e-7 * equations.model.absolute
     exact, found = np.empty((2, 6, 6))
     equations.jacobian(t, y, exact)
-    made = callbacks.callbacks(functions(equations.model.structure), planned=True)
+    made = generated_code.callbacks(functions(equations.model.structure), planned=True)
     made.derivatives(equations.place, equations.b, t, y, away, found)
     assert found == pytest.approx(exact, rel=1e-5, abs=1e-6 * np.abs(exact).max())
 

@@ -13,10 +13,9 @@ from jointplay.kinds import KINDS
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.base import Record
 from jointplay.solver.mechanism.changes import Changes
-from jointplay.solver.mechanism.parts.beam import Beam, Link
+from jointplay.solver.mechanism.parts.beam import Beam, Link, PointMass
 from jointplay.solver.mechanism.parts.courses import FORCES, Course, Harmonic
 from jointplay.solver.mechanism.parts.friction import Friction
-from jointplay.solver.mechanism.parts.masses import PointMass
 from jointplay.solver.mechanism.records import (
     ConstantSpeed,
     Contact,

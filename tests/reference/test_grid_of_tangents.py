@@ -33,6 +33,7 @@ from jointplay.solver.motion.trajectory import Request, follow
 from jointplay.solver.motion.ways import WAYS, hindrance
 from tests.support import driven
 from tests.support.driven_scenes import CORNER, FORCED, JUMP, LAMP, RESTING, RUBBED, own, pinned, written
+from tests.support.tangent_map import tangent_map
 
 STEPS = (1e-1, 3e-2, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)  # of a scale, or of a parameter
 BOUND, BOUND_IN_LANES, RTOL = 1e-6, 3e-5, 1e-13
@@ -255,7 +256,7 @@ def test_tangents_are_those_of_twins(name):
     status, _, *events = reached(model, scene.duration)[1]
     assert not status
     assert scene.events <= {EVENTS[kind] for _, kind in events}
-    exact = tangents.tangent_map(model, scene.duration, RTOL)
+    exact = tangent_map(model, scene.duration, RTOL)
     for along in directions(model):
         twin, error = extrapolated(together(of_start(model, along), scene.duration), STEPS)
         if SURE * error < BOUND:
@@ -276,7 +277,7 @@ def test_in_lanes_twins_have_the_same_tangents(name):
     if scene.lanes:
         return
     scale, along = tangents.scales(model), directions(model)[0]
-    exact = tangents.tangent_map(model, scene.duration, RTOL) @ along / scale
+    exact = tangent_map(model, scene.duration, RTOL) @ along / scale
     pairs = [
         (exact, of_start(model, along)),
         (parameter_tangent(scene, value, scale), of_parameter(scene, value)),
@@ -317,9 +318,7 @@ def _area(one: np.ndarray, other: np.ndarray) -> float:
 @pytest.mark.parametrize("name", marked([n for n, each in SCENES.items() if each.jumps]))
 def test_without_their_jumps_tangents_are_not_those_of_twins(name):
     scene = SCENES[name]
-    exact, without = (
-        tangents.tangent_map(scene.model, scene.duration, 1e-11, each) for each in (True, False)
-    )
+    exact, without = (tangent_map(scene.model, scene.duration, 1e-11, each) for each in (True, False))
     scale = tangents.scales(scene.model)
     assert (
         max(apart(without @ along / scale, exact @ along / scale) for along in directions(scene.model)) > 1e-4
@@ -346,7 +345,7 @@ def test_impacts_at_one_instant_have_no_derivative():
     assert np.isnan(found.derivative.values).all()
     model = assemble(own(**TWO))
     with pytest.raises(ArithmeticError, match=str(STATUS.index("no_derivative"))):
-        tangents.tangent_map(model, 1.0)
+        tangent_map(model, 1.0)
     (found,) = follow_ensemble([model], [Request(1.0, LANES, events=True, log_from=0.0)])
     assert WAYS[found.way] == "left_lanes"
 

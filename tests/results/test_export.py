@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas
 import pytest
+import xarray as xr
 from scipy.io import loadmat
 
 import jointplay as jp
@@ -12,6 +13,8 @@ from jointplay import cli
 from jointplay.display.errors import InputError
 from jointplay.study.results.export import export
 from tests.support.sweep_samples import CELLS, loaded, ran
+
+CLAIMS = Path(__file__).parents[2] / "results" / "paper" / "claims.nc"
 
 
 @pytest.fixture(scope="module")
@@ -62,6 +65,19 @@ def test_a_table_of_histories_has_a_column_a_link_and_names_what_is_left_out(mot
         events = pandas.read_csv(jp.export(motion, tmp_path / "b.csv", over=["event"]))
     assert set(events["event_kind"]) <= {"contact", "separation", "impact"}
     assert len(events) == motion.sizes["event"] > 0
+
+
+def test_a_result_without_dimensions_makes_no_table(tmp_path):
+    with pytest.raises(InputError, match="a result with dimensions is accepted for a table"):
+        jp.export(jp.open(CLAIMS), tmp_path / "a.csv")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_dimension_with_codes_has_words(tmp_path):
+    kinds = {"flag_values": [0, 1], "flag_meanings": "contact impact", "units": "1"}
+    found = xr.Dataset({"force": ("kind", [1.5, np.nan], {"units": "N"})}, {"kind": ("kind", [1, 0], kinds)})
+    path = jp.export(found, tmp_path / "a.csv")
+    assert path.read_bytes() == b"kind,force [N]\r\nimpact,1.5\r\ncontact,nan\r\n"
 
 
 def test_codes_are_words_in_matlab(motion, tmp_path):

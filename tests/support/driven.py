@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from jointplay import catalog
-from jointplay.analysis.gradients import peaks
+from jointplay.analysis.gradients import evaluated
 from jointplay.analysis.gradients.directions import along, of_start, stacked
 from jointplay.analysis.gradients.gradient import gradient
 from jointplay.analysis.orbits.map_derivative import map_derivative
@@ -224,7 +224,7 @@ def touching():
 
 
 if __name__ == "__main__":
-    peaks.SAMPLES = 256  # plain Python is slow
+    evaluated.SAMPLES = 256  # plain Python is slow
     found = {name: scene(name) for name in SCENES} | {name: mapped(name) for name in MAPS}
     found |= {name: exact(name) for name in EXACT} | {name: asked(name) for name in ASKED}
     print(json.dumps(found | {"touching": touching()}))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,7 +11,6 @@ import numpy as np
 from pydantic import AfterValidator
 
 from jointplay.analysis import rates, recorded_spans, rules
-from jointplay.analysis.end_state import end_state
 from jointplay.analysis.evaluate import (
     Quantities,
     attributes,
@@ -19,6 +19,7 @@ from jointplay.analysis.evaluate import (
     joint_flags,
     scalars,
 )
+from jointplay.analysis.exponents.section_exponents import timeless
 from jointplay.analysis.keywords import (
     Before,
     Duration,
@@ -35,20 +36,21 @@ from jointplay.analysis.labels import coded, described, labelled
 from jointplay.analysis.orbits.orbit_request import start_fits
 from jointplay.analysis.partial import MOST, evaluated
 from jointplay.analysis.quantities import BALANCE, EVENTS, recorded
-from jointplay.analysis.starts import placed, whole_names
+from jointplay.analysis.starts import moved, placed, whole_names
 from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
 from jointplay.display.errors import InputError, Problem, refuse
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Flag, Natural, NonNegative
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
-from jointplay.solver.motion.trajectory import INTERRUPTED, Records, Request, follow
+from jointplay.solver.motion.trajectory import INTERRUPTED, Records, Request, advance, follow, memory
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SAMPLES_PER_TURN = 720
 END = "positions and speeds at the end, in rad, m, rad/s, m/s or a system's own units"
+WHOLE = 1e-9  # of a period of the forcing, up to which it is over
 
 
 def _ascending(times: tuple[float, ...]) -> tuple[float, ...]:
@@ -284,3 +286,35 @@ def _events(model: Model, records: Records) -> dict[str, Any]:
 
 
 _SPEEDS = ("normal_velocity", "tangential_velocity")
+
+
+def end_state(model: Model, records: Records) -> np.ndarray:
+    """State at the end, as `starts.placed` takes it; NaN where a run that starts there would go on otherwise.
+
+    So it is where the time counts (of a forced system unless periods are over), and where a contact or a
+    switch is in a mode that no start has there.
+    """
+    n_x, time = len(model.state), records.end[0]
+    state, angle = records.end[1 : 1 + n_x], model.crank_angle + model.crank_speed * time
+    found = np.append(state, angle)[: len(whole_names(model))]
+    goes_on = np.isfinite(found).all() and _starts_anew(model, time) and _alike(model, records)
+    return found if goes_on else np.full_like(found, np.nan)
+
+
+def _starts_anew(model: Model, time: float) -> bool:
+    """Whether the time that has passed is of no account."""
+    if timeless(model):
+        return True
+    if not model.links:
+        return math.isclose(time / model.period, round(time / model.period), abs_tol=WHOLE)
+    structure = model.structure
+    return structure.drive == "speed" and not any(load.course.timed for load in structure.loads)
+
+
+def _alike(model: Model, records: Records) -> bool:
+    """Whether contacts and switches begin there in the modes in which they are."""
+    n_x, time = len(model.state), float(records.end[0])
+    k, x, o = memory(moved(model, records.end[1 : 1 + n_x]), Request(time))
+    x.s[0] = time
+    advance(model.structure, k, x, o)
+    return bool(np.all(x.modes == records.end[1 + n_x :][: len(x.modes)]))

@@ -239,23 +239,3 @@ def _rows(structure: Linkage | Oscillator, k, x) -> np.ndarray:
 def warm_tangents(model: Model) -> None:
     """Compile what the tangents of a model need, so that worker processes find it on the disk."""
     Bundle(model, Request(1e-9 * model.period, max_steps=1), np.eye(len(model.state))).advance()
-
-
-def tangent_map(model: Model, duration: float, rtol: float = 1e-11, saltation: bool = True) -> np.ndarray:
-    """Derivative of the state after `duration` s with respect to the state at the start.
-
-    Returns
-    -------
-    ndarray
-        Shape (states, states); entry (i, j) is d state_i(duration) / d state_j(0).
-
-    Raises
-    ------
-    ArithmeticError
-        If the motion did not reach the end.
-    """
-    bundle = Bundle(model, Request(duration, rtol), np.eye(len(model.state)), saltation=saltation, held=True)
-    status = bundle.advance()
-    if status:
-        raise ArithmeticError(f"the motion ended with status {status}")
-    return bundle.vectors.T

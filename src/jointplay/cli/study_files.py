@@ -95,17 +95,16 @@ def _state(path: Path, result: Path) -> str:
 
 @verb(
     "import",
-    option("file", metavar="FILE", help="ends in .json (of pylinkage) or .csv (links and joints)"),
+    option("file", metavar="FILE", help="a table of links and joints (ends in .csv)"),
     option("--out", metavar="STUDY.toml", help="default: beside the file"),
-    option("--unit", help="of the lengths in a file of pylinkage, such as mm"),
     option("--bar", metavar="MASS/LENGTH", help="take links as uniform bars, such as '0.8 kg/m'"),
-    example="linkage.json --unit mm --bar '0.8 kg/m' --out linkage.toml",
+    example="linkage.csv --bar '0.8 kg/m' --out linkage.toml",
 )
 def import_linkage(arguments: Namespace) -> int:
-    """Write the study file of a linkage that another program stored: pylinkage's JSON, or a table (CSV)."""
+    """Write the study file of a linkage from a table (CSV) of its links and joints."""
     from jointplay.study.import_file import imported
 
-    text, missing = imported(arguments.file, arguments.unit, arguments.bar)
+    text, missing = imported(arguments.file, arguments.bar)
     target = Path(arguments.out) if arguments.out else Path(arguments.file).with_suffix(".toml")
     _write_new(target, text, "--out")
     for key in missing:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from jointplay.figures.drawing import artists, factors, style, window_panels
+from jointplay.figures.drawing import artists, style, window_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,7 +51,7 @@ def compared(parts: Sequence[Part], draw: Callable[..., Figure]) -> Figure:
                 align(places)
             else:
                 once(panels)
-        factors.settle(figure)
+        artists.settle(figure)
         if not beside:
             level(figure, panels)
     return figure
@@ -79,7 +79,7 @@ def title(place: SubFigure, dataset: Dataset, width: float) -> None:
 def share(panels: Sequence[Axes]) -> None:
     """Give panels the limits that hold all of them, in the directions in which they show one unit."""
     for way in "xy":
-        units = {factors.unit(getattr(ax, f"get_{way}label")()) for ax in panels}
+        units = {artists.unit(getattr(ax, f"get_{way}label")()) for ax in panels}
         if len(units) == 1:
             ends = np.array([getattr(ax, f"get_{way}lim")() for ax in panels])
             low, high = ends[:, 0].min(), ends[:, 1].max()

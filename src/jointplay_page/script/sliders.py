@@ -1,11 +1,23 @@
 """Numbers that follow a slider: how everything that a run begins with depends on each parameter.
 
 Assembling a mechanism is not written a second time in JavaScript. Instead each number that a parameter
-changes gets a form (jointplay_page.script.forms), found from samples over the parameter's range, and each
+changes gets a form, found from samples over the parameter's range, and each
 number that several change a rule, verified where all have other values at once. A parameter of which
 something has no such form gets no slider, nor does one whose forms do not go together with those before it.
 Starts follow within a thousandth of their tolerated error. A range ends where the mechanism would be refused,
-be another structure, or not close over the turn (jointplay_page.script.closing).
+be another structure, or not close over the turn (jointplay_page.script.solver).
+
+A number that a parameter x changes is, with v_0 and x_0 as they are stored,
+
+    power        v = v_0 (x / x_0)^n
+    polynomial   v = sum c_k z^k, z = x / x_0 - 1, of low degree
+
+and one that several change, with d_i what each of them by itself adds to v_0,
+
+    times        v = v_0 prod (1 + d_i / v_0)
+    products     v = v_0 + sum d_i + sum k_ij d_i d_j + sum k_ijl d_i d_j d_l
+
+What has none of these forms is refused, never approximated; tolerances may be off by `ROUGHLY`.
 """
 
 from __future__ import annotations
@@ -13,6 +25,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -23,7 +36,6 @@ from jointplay.display.number_text import raised
 from jointplay.display.units import PLAIN, shown
 from jointplay.solver.mechanism.paths import part_at
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
-from jointplay_page.script import forms
 
 START = 1e-3  # what forms may leave of a start, in its tolerated errors
 ROUGH = ("absolute", "weight", "margin", "cone", "rest", "hop", "play")
@@ -45,6 +57,8 @@ OF_A_LINK = ("mass", "inertia", "inertia_centre")
 Place = tuple[str, int]
 Found = dict[Place, float]
 Numbers = Callable[[Mechanism | TestSystem], Found | None]
+EXACT, ROUGHLY = 3e-14, 10.0  # what forms may leave: relative; a factor
+HIGHEST = 6  # degree of a polynomial
 
 
 @dataclass(eq=False)
@@ -170,7 +184,7 @@ def _fitted(slider: Slider, tried: Callable, first: Found) -> str:
     for place, value in first.items():
         series = np.array([each[place] for each in found])
         if np.any(series != value):
-            form = forms.form(np.array(xs) / slider.value, series, value, _allowed(place, first))
+            form = form_of(np.array(xs) / slider.value, series, value, _allowed(place, first))
             if form is None:
                 what = "where the motion begins" if place[0] == "s" else "a number of the equations"
                 return f"{what} follows it in no simple form"
@@ -214,7 +228,7 @@ def _rules(sliders: list[Slider], tried: Callable, first: Found) -> dict[Place, 
         own = [i for i, slider in enumerate(sliders) if place in slider.forms]
         moved = [[sliders[i].moved(place, value, at[sliders[i]]) for i in own] for at, _ in pairs]
         added = np.array(moved).reshape(len(pairs), -1) - value
-        rule = forms.rule(added, series, value, _allowed(place, first))
+        rule = rule_of(added, series, value, _allowed(place, first))
         if rule is None:
             return sliders[own[-1] if own else -1]
         rules[place] = rule if rule == "times" else [[k, *(own[i] for i in each)] for k, *each in rule]
@@ -248,3 +262,57 @@ def _described(mechanism: Mechanism | TestSystem, slider: Slider) -> dict[str, A
         "refused": slider.refused,
         "scale": "log" if slider.high > 8 * slider.low > 0 else "lin",
     }
+
+
+def form_of(
+    ratio: np.ndarray, series: np.ndarray, value: float, allowed: tuple[float, bool]
+) -> tuple[str, list[float]] | None:
+    """Form of a number that is `series` where the parameter is `ratio` times its stored value."""
+    powers = bool(value) and bool(np.all(series / value > 0))
+    if powers:
+        n = round(2 * np.log(series[1] / value) / np.log(ratio[1])) / 2
+        if close(value * ratio**n, series, allowed[0]):
+            return "power", [n]
+    z = ratio - 1
+    for degree in range(1, HIGHEST + 1):
+        basis = np.vander(z, degree + 1, increasing=True)[:, 1:]
+        c = np.linalg.lstsq(basis, series - value, rcond=None)[0]
+        if close(value + basis @ c, series, allowed[0]):
+            return "polynomial", [value, *c.tolist()]
+    if powers and allowed[1]:
+        n = float(np.polyfit(np.log(ratio), np.log(series / value), 1)[0])
+        return ("power", [n]) if near(value * ratio**n, series) else None
+    return None
+
+
+def close(found: Any, wanted: np.ndarray, allowed: float) -> bool:
+    """Whether numbers are those wanted, to rounding or to what is allowed."""
+    same = np.isinf(wanted) & (found == wanted)
+    allowed = max(allowed, EXACT * np.max(np.abs(wanted[~same]), initial=0.0))
+    with np.errstate(invalid="ignore"):
+        return bool(np.all(same | (np.abs(found - wanted) <= allowed)))
+
+
+def near(found: Any, wanted: np.ndarray) -> bool:
+    """Whether they are those wanted, roughly."""
+    return bool(np.all(np.abs(np.log(found / wanted)) <= np.log(ROUGHLY)))
+
+
+def rule_of(added: np.ndarray, series: np.ndarray, value: float, allowed: tuple[float, bool]) -> Any:
+    """How what each slider adds by itself, shape (points, sliders), goes together; None where it does not."""
+    times = value * np.prod(1 + added / value, 1) if value else None
+    if value and close(times, series, allowed[0]):
+        return "times"
+    plus, columns = value + np.sum(added, 1), range(added.shape[1])
+    for most in (1, 2, 3):
+        sets = [each for size in range(2, most + 1) for each in combinations(columns, size)]
+        products = np.array([np.prod(added[:, each], 1) for each in sets]).reshape(-1, len(series))
+        sizes = np.linalg.norm(products, axis=1)[:, None]
+        if 2 * len(sets) > len(series) or not np.all(sizes > 0):
+            break
+        k = np.linalg.lstsq((products / sizes).T, series - plus, rcond=1e-12)[0] / sizes[:, 0]
+        if close(plus + k @ products, series, allowed[0]):
+            told = np.abs(k) * sizes[:, 0] > EXACT * np.linalg.norm(series)
+            return [(k[n].item(), *sets[n]) for n in np.flatnonzero(told)]
+    rough = allowed[1] and value and np.all(times / series > 0) and near(times, series)
+    return "times" if rough else None

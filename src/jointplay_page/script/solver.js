@@ -44,7 +44,7 @@ function makeSolver(data) {
   const set_to = parameters.map((each) => each.value);
   let last = null; // all that the last run's samples give
 
-  // A number where parameter `number` alone has its present value; forms are those of script/forms.py.
+  // A number where parameter `number` alone has its present value; forms are those of script/sliders.py.
   function form(first, [number, kind, numbers]) {
     const ratio = set_to[number] / parameters[number].value;
     if (kind === "power") return first * ratio ** numbers[0];

@@ -9,11 +9,10 @@ import scipy.optimize
 import xarray as xr
 
 import jointplay as jp
-from jointplay.analysis.optima import descent, opening
+from jointplay.analysis.optima import descent, optimise
 from jointplay.analysis.optima import trials as trials_module
-from jointplay.analysis.optima.confirmed import beside
 from jointplay.analysis.optima.descent import descended
-from jointplay.analysis.optima.optimise import _way
+from jointplay.analysis.optima.optimise import _way, beside
 from jointplay.analysis.optima.trials import INVALID, Aim, Trial, Trials, best
 
 FREE = np.array([[-np.inf, np.inf]])
@@ -130,10 +129,10 @@ def test_after_a_share_of_play_that_fails_a_smaller_step_is_tried(monkeypatch, l
         tried.append(part.share)
         return "converged", trial(0.0, 0 if part.share <= last else 4, share=part.share)
 
-    monkeypatch.setattr(opening, "_with_share", lambda trials, share: at_share(share))
-    monkeypatch.setattr(opening, "descended", descended)
+    monkeypatch.setattr(optimise, "_with_share", lambda trials, share: at_share(share))
+    monkeypatch.setattr(optimise, "descended", descended)
     aim = SimpleNamespace(sized=lambda trial: aim, missed=lambda trial: 0.0)
-    end, _, share = opening.opened(at_share(1.0), aim, np.zeros(1), 1e-6, 100)
+    end, _, share = optimise.opened(at_share(1.0), aim, np.zeros(1), 1e-6, 100)
     assert end == ("converged" if last == 1 else "infeasible")
     assert share == pytest.approx(kept)
     for i, each in enumerate(tried):

@@ -10,7 +10,7 @@ from jointplay.analysis.orbits.branch import Branch
 from jointplay.analysis.orbits.branch_points import Special
 from jointplay.analysis.orbits.continuation import Explorer, joined
 from jointplay.analysis.orbits.family import Family, Point
-from jointplay.analysis.orbits.section_image import Image
+from jointplay.analysis.orbits.section_map import Image
 from jointplay.analysis.orbits.shooting import newton
 
 

@@ -7,9 +7,9 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.signals import zero_one
+from jointplay.analysis.signals import chaos_test
 
-C = zero_one.frequencies(100, 0)
+C = chaos_test.drawn_frequencies(100, 0)
 
 
 def logistic(r, count, x=0.3):
@@ -23,8 +23,8 @@ def logistic(r, count, x=0.3):
 
 
 def judged(series):
-    quartiles = np.quantile(zero_one.indicators(series, C), (0.25, 0.5, 0.75))
-    return quartiles, zero_one.VERDICTS[zero_one.verdict(quartiles)]
+    quartiles = np.quantile(chaos_test.indicators(series, C), (0.25, 0.5, 0.75))
+    return quartiles, chaos_test.VERDICTS[chaos_test.verdict(quartiles)]
 
 
 @pytest.mark.parametrize(
@@ -64,21 +64,21 @@ def test_its_sums_written_out(r, error):
     """The mean taken off the series before, instead of its oscillation after: the same but for 1/N."""
     phi, c = logistic(r, 1000), np.array([0.9, 1.3, 2.1])
     slow = [written_out(phi, each, 100) for each in c]
-    assert zero_one.indicators(phi, c) == pytest.approx(slow, abs=error)
+    assert chaos_test.indicators(phi, c) == pytest.approx(slow, abs=error)
     centred = phi - phi.mean()
     exact = [written_out(centred, each, 100) for each in c]
-    assert zero_one.indicators(phi, c) == pytest.approx(exact, abs=1e-9)
+    assert chaos_test.indicators(phi, c) == pytest.approx(exact, abs=1e-9)
 
 
 def test_a_mean_changes_nothing():
     phi = logistic(3.58, 500)
-    assert zero_one.indicators(phi + 1e3, C) == pytest.approx(zero_one.indicators(phi, C), abs=1e-6)
+    assert chaos_test.indicators(phi + 1e3, C) == pytest.approx(chaos_test.indicators(phi, C), abs=1e-6)
 
 
 def test_noise_walks_as_brownian_motion():
     """Mean square displacement over n samples of independent noise: n times its variance."""
     noise = 3.0 * np.random.default_rng(1).standard_normal(2000)
-    grown = zero_one.displacement(zero_one.walk(noise, C))
+    grown = chaos_test.displacement(chaos_test.walk(noise, C))
     lags = np.arange(1, 201)
     assert grown.mean(axis=0) == pytest.approx(9.0 * lags, rel=0.1)
     assert judged(noise)[1] == "chaotic"
@@ -98,7 +98,7 @@ PAIR = {"initial": (0.05, 0.7), "transient": 200, "turns": 600}
 )
 def test_impact_pair(gap, verdict):
     found = jp.chaos_test(catalog.impact_pair(gap, 0.8), **PAIR)
-    assert zero_one.VERDICTS[int(found.verdict)] == verdict
+    assert chaos_test.VERDICTS[int(found.verdict)] == verdict
     assert (float(found.sample_spread) > 1e-4) == (gap < 2)
     assert np.all(found.chaos_indicator == 0) == (gap == 3.6)  # one point: nothing to correlate
     low, median, high = found.chaos_indicator_quartile.values
@@ -115,7 +115,7 @@ def test_the_linkage(clearance, ratio, transient, verdict):
     mechanism = catalog.chunmei2002(clearance, ratio)
     found = jp.chaos_test(mechanism, turns=200, transient=transient)
     assert int(found.status) == 0
-    assert zero_one.VERDICTS[int(found.verdict)] == verdict
+    assert chaos_test.VERDICTS[int(found.verdict)] == verdict
     assert found.sample.attrs["units"] == "m"
     assert found.square_displacement.attrs["units"] == "m2"
 
@@ -123,7 +123,7 @@ def test_the_linkage(clearance, ratio, transient, verdict):
 def test_what_is_stored_is_what_is_judged():
     found = jp.chaos_test(catalog.impact_pair(0.4, 0.8), quantity="v", **PAIR)
     c, K = found.test_frequency.values, found.chaos_indicator.values
-    assert zero_one.indicators(found.sample.values, c) == pytest.approx(K, abs=1e-12)
+    assert chaos_test.indicators(found.sample.values, c) == pytest.approx(K, abs=1e-12)
     typical = int(np.argmin(np.abs(K - np.median(K))))
     assert float(found.walk_frequency) == c[typical]
     path = np.cumsum((found.sample - found.sample.mean()) * np.exp(1j * c[typical] * np.arange(1, 601)))

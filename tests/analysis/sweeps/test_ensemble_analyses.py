@@ -16,7 +16,7 @@ from jointplay.cli import main
 from jointplay.display.errors import InputError
 from jointplay.jobs.worker import Task, work
 from jointplay.solver.codegen import cache
-from jointplay.solver.codegen.lanes.form import laid_out
+from jointplay.solver.codegen.lanes.equations import laid_out
 from jointplay.solver.equations.write import system
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble, linkage

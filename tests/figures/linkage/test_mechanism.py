@@ -8,8 +8,8 @@ from matplotlib.patches import Circle
 
 from jointplay import catalog, figures
 from jointplay.display.errors import InputError
-from jointplay.solver.mechanism.loops.pose import start_pose
 from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.mechanism.start import start_pose
 
 SCENES = {
     "four-bar": lambda: catalog.chunmei2002(clearance={"B": 2.9e-4, "C": 2.9e-5}, elastic=("coupler",)),

@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from jointplay import catalog
-from jointplay.solver.mechanism.loops.pose import start_pose
 from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.mechanism.start import start_pose
 
 PERIOD = 0.1  # s
 

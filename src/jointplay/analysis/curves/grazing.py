@@ -20,8 +20,7 @@ from jointplay.analysis.curves.margins import SAMPLES, Guards
 from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.orbits.branch_points import doubling, unit
 from jointplay.analysis.orbits.family import Family, Point, Trial
-from jointplay.analysis.orbits.section_image import Image
-from jointplay.analysis.orbits.section_map import SectionMap
+from jointplay.analysis.orbits.section_map import Image, SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.tangents import Bundle
 from jointplay.solver.codegen import cache

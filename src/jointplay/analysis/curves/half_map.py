@@ -15,8 +15,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from jointplay.analysis.gradients.directions import Directions
-from jointplay.analysis.orbits.section_image import Image
-from jointplay.analysis.orbits.section_map import SectionMap
+from jointplay.analysis.orbits.section_map import Image, SectionMap
 from jointplay.analysis.orbits.shooting import Orbit, newton
 
 NEAR = 1e-2  # of the scales: beside a loss of symmetry, an orbit is known to a root of its residual

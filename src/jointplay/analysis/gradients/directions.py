@@ -1,6 +1,6 @@
 """How the numbers of the equations, the start and the period change with a parameter.
 
-A number that a person names, such as a length, enters several numbers of the equations (mechanism.numbers),
+A number that a person names, such as a length, enters several numbers of the equations (mechanism.assemble),
 the start of the ideal mechanism, and the period. All of them are smooth algebra, without a motion: they are
 differentiated by central differences of sixth order,
 

@@ -4,16 +4,25 @@
 
 f and q quantities of `gradient` on a motion or on the periodic orbit that it settles to. Chaos has no useful
 derivative: `ideal` begins with the mechanism whose joints have no play, whose motion is periodic, and opens
-the play by and by (optima.opening). What is found is a local optimum, held against the motion followed
+the play by and by. What is found is a local optimum, held against the motion followed
 from the usual start at rtol 1e-10, which need not settle to the orbit that was optimised, and against the
 designs beside it. Validity: as of `gradient`; where two places share a largest value, f has a kink, at which
 the descent may stay: the designs beside say by how much.
+
+Opening the play is a homotopy: descents with ever more of it, each from the design found with less. A design
+that is best without play may rattle with it, and rattling has no useful derivative. So the clearance is
+opened in steps, from none on: at each the design is found anew, from a motion that still keeps the
+constraints. A step at which no design keeps them is tried again, shorter. Reference: Allgower and Georg,
+Introduction to Numerical Continuation Methods (2003), chapter 1.
 """
 
 from __future__ import annotations
 
 import math
 import time
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
@@ -21,22 +30,33 @@ from pydantic import Field
 
 from jointplay.analysis.coexisting.region import Region
 from jointplay.analysis.gradients import gradient_dataset, wanted
-from jointplay.analysis.gradients.gradient import TRANSIENT
+from jointplay.analysis.gradients.gradient import TRANSIENT, gradient, start_section
+from jointplay.analysis.gradients.multipliers import MULTIPLIERS
 from jointplay.analysis.keywords import Moving, Progress, Quantity, Rtol, Small, Start, analysis
 from jointplay.analysis.labels import coded, number, outcome
-from jointplay.analysis.optima.asked import aim_fits, bounds_fit, contacts, ideal_fits
-from jointplay.analysis.optima.confirmed import beside, followed
+from jointplay.analysis.optima.asked import FORCE, aim_fits, bounds_fit, contacts, ideal_fits
 from jointplay.analysis.optima.descent import descended
-from jointplay.analysis.optima.opening import STAGES, opened
 from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.orbits.orbit_request import start_fits
+from jointplay.analysis.quantities import WORDS
+from jointplay.analysis.simulate import simulate
+from jointplay.analysis.vary import changed
+from jointplay.display.errors import ModelWarning
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Number, unit
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 if TYPE_CHECKING:
     import xarray as xr
 
 ENDS = ("converged", "no_descent", "infeasible", "iterations", "no_motion")
 INFINITE = (-math.inf, math.inf)
+FIRST, WIDER = 0.1, 10**0.5  # share of the clearance in the first step; of the next in each
+STAGES, TRIES = 4, 4  # steps to the whole clearance where none fails; steps that may fail
+PARTLY = 1e-3  # tolerance with part of the play
+IDEAL = "reaction:"
+TIGHT, SHOWN = 1e-10, 20  # tolerance of the runs; turns of them
+DRAWN, SAMPLES = 2, 720  # turns that are drawn; samples of each
+EXTREMES = ("largest", "smallest")
 
 
 @analysis(bounds_fit, aim_fits, ideal_fits, start_fits)
@@ -215,3 +235,132 @@ def _told(least: str | None, most: str | None) -> str:
     if least is None and most is None:
         return "smallest change of the parameters"
     return f"least {least}" if least else f"largest {most}"
+
+
+def opened(trials: Trials, aim: Aim, x: np.ndarray, tolerance: float, most: int) -> tuple[str, Trial, float]:
+    """How the last descent ended, its best trial, and the share of play up to which constraints are kept.
+
+    Parameters
+    ----------
+    trials : Trials
+        With the whole clearance.
+    aim : Aim
+        Without units.
+    x : ndarray
+        Scaled variables of the first design.
+    tolerance, most
+        As `descended` takes them.
+    """
+    kept, share, wider, fails = -1.0, 0.0, WIDER, 0
+    while fails < TRIES:
+        part = trials if share == 1 else _with_share(trials, share)
+        slack = tolerance if share in (0, 1) else max(tolerance, PARTLY)
+        scaled = aim.sized(part.at(x))
+        end, found = descended(part, scaled, x, slack, most)
+        if not found.status and scaled.missed(found) <= slack:
+            x, kept = found.x, share
+            if share == 1:
+                return end, found, kept
+            share = min(1.0, share * wider or FIRST)
+        elif share == 0:
+            break
+        else:
+            fails, wider = fails + 1, wider**0.5
+            share = kept * wider or share / WIDER
+    return "infeasible", trials.at(x), max(kept, 0.0)
+
+
+def _with_share(trials: Trials, share: float) -> Trials:
+    """Trials of the mechanism with part of its clearances; without any, of its ideal joints' forces."""
+    joints = trials.mechanism.clearance_joints
+    clearance = {f"joints.{joint.name}.clearance": share * joint.clearance for joint in joints}
+    names, settings = trials.quantities, trials.settings
+    if not share:
+        names = tuple(name.replace(f":{FORCE}", f":{IDEAL}") for name in names)
+    if not isinstance(settings["initial"], dict):  # a state is one of the mechanism with all its play
+        settings = {**settings, "initial": None}
+    mechanism = changed(trials.mechanism, clearance)
+    return replace(
+        trials, mechanism=mechanism, quantities=names, settings=settings, share=share, known={}, near=None
+    )
+
+
+def beside(trials: Trials, aim: Aim, found: Trial, share: float, tolerance: float) -> dict[str, Any]:
+    """The optimum's neighbours: each variable changed by a share of its value, within its bounds."""
+    value, allowed = np.full((len(trials.by), 2), np.nan), np.zeros((len(trials.by), 2), dtype=bool)
+    at = trials.low + trials.width * found.x
+    for i in range(len(at)) if not found.status else ():
+        for side, sign in enumerate((-1, 1)):
+            x = found.x.copy()
+            x[i] = np.clip(x[i] + sign * share * (abs(at[i]) or trials.width[i]) / trials.width[i], 0, 1)
+            other = trials.tried(x) if x[i] != found.x[i] else found
+            if other is not found and not other.status:
+                value[i, side] = aim.shown(other)
+                allowed[i, side] = aim.missed(other) <= max(tolerance, aim.missed(found))
+    best = aim.shown(found) if not found.status else np.nan
+    gain = np.where(allowed, aim.sign * (best - value), np.nan)
+    most = np.max(gain, initial=-np.inf, where=np.isfinite(gain)) if np.isfinite(gain).any() else 0.0
+    both = ("parameter", "side")
+    return {
+        "neighbour_objective": number(both, value, "1", "objective beside the optimum"),
+        "neighbour_allowed": number(both, allowed, "1", "whether the constraints are kept there"),
+        "neighbour_gain": number((), max(most, 0.0), "1", "by how much the best allowed neighbour is better"),
+    }
+
+
+def followed(
+    mechanism: Mechanism | TestSystem,
+    names: Sequence[str],
+    by: Mapping[str, Any],
+    settings: Mapping[str, Any],
+) -> tuple[np.ndarray, xr.Dataset | None]:
+    """Quantities of a motion from its start, after the transient, at rtol 1e-10; its course, if any.
+
+    Extreme values are those of 20 turns, all else is of as many turns as asked for. Multipliers are NaN: an
+    orbit alone has them.
+    """
+    run = {"initial": settings["initial"], "max_steps": settings["max_steps"], "rtol": TIGHT}
+    values, words = np.full(len(names), np.nan), [name.partition(":")[0] for name in names]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)
+        state = _settled(mechanism, settings["transient"], run) if settings["orbit"] else run["initial"]
+        if settings["orbit"] and state is None:
+            return values, None
+        for extreme in (True, False):
+            places = [
+                i for i, word in enumerate(words) if (word in EXTREMES) == extreme and word not in MULTIPLIERS
+            ]
+            turns = SHOWN if extreme and settings["orbit"] else settings["turns"]
+            if places:
+                asked = {"of": [names[i] for i in places], "by": list(by), "turns": turns}
+                values[places] = gradient(mechanism, **asked, **run | {"initial": state})["value"].values
+        return values, _course(mechanism, names, settings, run)
+
+
+def _settled(mechanism: Mechanism | TestSystem, transient: int, run: Mapping[str, Any]) -> list[float] | None:
+    """The state after the transient, None where the motion does not get there."""
+    cut = start_section(mechanism, run["initial"], 1, run["rtol"], run["max_steps"])
+    image = cut.image(cut.model.state, False, max(transient, 1))
+    return None if image.status else [float(each) for each in image.state]
+
+
+def _course(
+    mechanism: Mechanism | TestSystem,
+    names: Sequence[str],
+    settings: Mapping[str, Any],
+    run: Mapping[str, Any],
+) -> xr.Dataset | None:
+    """The first recorded quantity among those named, over the turns."""
+    keys = [name.partition(":")[2] for name in names]
+    linkage = isinstance(mechanism, Mechanism)
+    known = [key for key in keys if key.partition(":")[0] in (WORDS if linkage else ("state",))]
+    whole = linkage and run["initial"] is not None and not isinstance(run["initial"], dict)
+    if not known or whole:  # of a state written out there are no time histories
+        return None
+    word, _, label = known[0].partition(":")
+    word = word if linkage else "state_value"
+    turns = {"turns": max(settings["turns"], DRAWN), "transient": settings["transient"]}
+    turns = turns if settings["orbit"] else {"turns": settings["turns"]}
+    found = simulate(mechanism, **turns, samples_per_turn=SAMPLES, record=[word], **run)[word]
+    dims = [dim for dim in found.dims if dim != "time"]
+    return found.sel({dims[0]: label}) if dims else found

@@ -10,7 +10,7 @@ import numpy as np
 from jointplay.analysis.orbits.arclength import solve
 from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_events import same_events
-from jointplay.analysis.orbits.section_image import Image
+from jointplay.analysis.orbits.section_map import Image
 
 PROBES = (1e-8, 1e-6, 1e-4)  # distances beyond a failure at which events are compared
 SMALL = 1e-4  # steps so small that any turn is accepted

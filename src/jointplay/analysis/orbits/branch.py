@@ -20,7 +20,7 @@ from jointplay.analysis.orbits.branch_points import Special, between
 from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_events import changed_event, same_events
 from jointplay.analysis.orbits.orbit_search import shift_from_events
-from jointplay.analysis.orbits.section_image import Image
+from jointplay.analysis.orbits.section_map import Image
 from jointplay.solver.motion.looks import Late, Stopped
 
 WHY = {  # a branch, or a curve, ends

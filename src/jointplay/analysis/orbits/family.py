@@ -11,8 +11,7 @@ import numpy as np
 from jointplay.analysis.gradients.directions import Directions, stacked
 from jointplay.analysis.orbits import floquet
 from jointplay.analysis.orbits.map_derivative import direction
-from jointplay.analysis.orbits.section_image import Image
-from jointplay.analysis.orbits.section_map import SectionMap
+from jointplay.analysis.orbits.section_map import Image, SectionMap
 from jointplay.analysis.orbits.shooting import Orbit, residual
 
 

@@ -11,8 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from jointplay.analysis.gradients.directions import Directions, along
-from jointplay.analysis.orbits.section_image import Image
-from jointplay.analysis.orbits.section_map import SectionMap
+from jointplay.analysis.orbits.section_map import Image, SectionMap
 
 
 def direction(

@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from jointplay.analysis.orbits.orbit_events import free_phase
-from jointplay.analysis.orbits.section_image import Image
-from jointplay.analysis.orbits.section_map import SectionMap
+from jointplay.analysis.orbits.section_map import Image, SectionMap
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit, newton
 
 RECENT = 60  # last turns of the transient, among whose ends the nearest recurrences are taken

@@ -29,7 +29,6 @@ import numpy as np
 
 from jointplay.analysis import rules
 from jointplay.analysis.gradients.directions import Directions
-from jointplay.analysis.orbits.section_image import Image
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rates import resolved
 from jointplay.analysis.starts import crank_place, state_names
@@ -295,3 +294,37 @@ def section_map(
         return SectionMap(model, turns, section.value, place, sense, True, rtol, max_steps)
     phase = section.angle % math.tau
     return SectionMap(model, turns, phase, crank_place(model), model.forward, False, rtol, max_steps)
+
+
+@dataclass(frozen=True)
+class Image:
+    """Result of applying a section map to a state.
+
+    Parameters
+    ----------
+    status : int
+        Index into `STATUS`; all else is meaningless unless it is 0.
+    state : ndarray
+        State at the end, angles brought back by whole turns to near the start's.
+    time : float
+        Duration, s.
+    derivative : ndarray
+        Of the free coordinates with respect to themselves, in units of their scales.
+    events : ndarray
+        Rows: contact, kind, time since the start over the duration, time, positions, speeds, modes.
+    grazing : float
+        Smallest approach speed of a guard at an event, relative to the terms that it is a sum of.
+    along : ndarray
+        Derivatives of the free coordinates, in units of their scales, in parameters: a column each.
+    times : ndarray
+        Derivatives of the duration in these.
+    """
+
+    status: int
+    state: np.ndarray
+    time: float = math.nan
+    derivative: np.ndarray | None = None
+    events: np.ndarray | None = None
+    grazing: float = math.inf
+    along: np.ndarray | None = None
+    times: np.ndarray | None = None

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.analysis.orbits.section_image import Image
-from jointplay.analysis.orbits.section_map import FAILED, SectionMap
+from jointplay.analysis.orbits.section_map import FAILED, Image, SectionMap
 
 TOLERANCE = 1e-8  # of a residual, in units of the scales
 ITERATIONS = 30

@@ -1,11 +1,23 @@
 """The 0-1 test for chaos on section samples of a motion: median and spread over many frequencies.
 
-Method, reference and limits: `zero_one`. The samples are section points, one a turn or so, because a series
-that is sampled more closely looks regular whatever the motion.
+A series phi drives a point in the plane, p + i q = sum of phi(j) exp(i c j). Where the series is regular the
+point stays bounded; where it is chaotic it walks as in Brownian motion, and its mean square displacement
+over n samples grows with n. K is the correlation of displacement and n, near 0 or 1, for almost every
+frequency c; at resonant ones K misleads, so many are drawn at random and the median taken. Reference: G. A.
+Gottwald and I. Melbourne, Proc. R. Soc. A 460 (2004) 603-611, and SIAM J. Appl. Dyn. Syst. 8 (2009) 129-145,
+whose correlation method and limits of c this is.
+
+The displacement holds an oscillation, (mean of phi)^2 (1 - cos n c)/(1 - cos c), which is subtracted there.
+Here the mean is taken from the series before, which removes that term with its cross terms.
+
+Validity: samples are section points, one a turn or so: those that follow closely upon each other look regular
+whatever the motion. Noise counts as chaos, and that of a constant too: whether a series is one must be asked
+before.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,12 +26,11 @@ from jointplay.analysis.keywords import Before, Moving, Progress, Quantity, Rtol
 from jointplay.analysis.labels import coded, described
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits, start_fits
-from jointplay.analysis.signals import zero_one
 from jointplay.analysis.signals.observable import MOVED, chosen, ended, series, squared
 from jointplay.analysis.simulate import simulate
 from jointplay.solver.mechanism.base import Count, Natural
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
-from jointplay.solver.motion.looks import part
+from jointplay.solver.motion.looks import part, seen
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,6 +39,10 @@ USUAL, TURNS, FREQUENCIES, TOLERANCE = "journal_x", 2000, 100, 1e-4
 RTOL = 1e-10  # noise of a periodic motion then stays below the tolerance, also of small quantities
 LEAST = 100  # samples that can be judged
 QUARTILES = (0.25, 0.5, 0.75)
+LIMITS = (math.pi / 5, 4 * math.pi / 5)  # of the frequencies
+SHARE = 10  # displacements are followed over a tenth of the series
+REGULAR, CHAOTIC = 0.25, 0.75
+VERDICTS = ("undecided", "regular", "chaotic")
 
 
 def _quantity_fits(mechanism: Mechanism | TestSystem, quantity: str | None) -> None:
@@ -96,7 +111,7 @@ def chaos_test(
     share = part(progress, 0.0, MOVED)
     points = poincare(mechanism, section, turns=turns, transient=transient, progress=share, **run)
     samples = series(points, word, label).isel(turn=slice(None, None, every))
-    c = zero_one.frequencies(frequencies, seed)
+    c = drawn_frequencies(frequencies, seed)
     if int(points.status) or samples.size < LEAST or not np.all(np.isfinite(samples)):
         return _dataset(points, samples, _unjudged(c), c)
     scale = _scale(simulate(mechanism, turns=1, transient=transient, **run), word, label)
@@ -114,26 +129,26 @@ def _judged(samples: np.ndarray, scale: float, c: np.ndarray, tolerance: float) 
     spread = float(np.ptp(samples)) / scale if scale else 0.0
     constant = spread <= tolerance
     K, half = (
-        np.zeros(len(c)) if constant else zero_one.indicators(part, c)
+        np.zeros(len(c)) if constant else indicators(part, c)
         for part in (samples, samples[: len(samples) // 2])
     )
     quartiles = np.quantile(K, QUARTILES)
-    verdict = zero_one.verdict(quartiles)
-    return {"K": K, "quartiles": quartiles, "half": np.median(half), "verdict": verdict, "spread": spread}
+    found = {"K": K, "quartiles": quartiles, "half": np.median(half), "spread": spread}
+    return found | {"verdict": verdict(quartiles)}
 
 
 def _unjudged(c: np.ndarray) -> dict[str, Any]:
     """The same where a run failed, or there are too few samples."""
     missing = {"quartiles": np.full(3, np.nan), "half": np.nan, "spread": np.nan}
-    return missing | {"K": np.full(len(c), np.nan), "verdict": zero_one.VERDICTS.index("undecided")}
+    return missing | {"K": np.full(len(c), np.nan), "verdict": VERDICTS.index("undecided")}
 
 
 def _dataset(points: xr.Dataset, samples: xr.DataArray, judged: dict[str, Any], c: np.ndarray) -> xr.Dataset:
     import xarray as xr
 
     typical = c[_typical(judged)]
-    path = zero_one.walk(samples.values, np.array([typical])) if samples.size else np.zeros((1, 0))
-    grown = zero_one.displacement(path)[0]
+    path = walk(samples.values, np.array([typical])) if samples.size else np.zeros((1, 0))
+    grown = displacement(path)[0]
     units, name = samples.attrs["units"], samples.attrs["long_name"]
     away = "mean square displacement of the driven point"
     variables = described(
@@ -150,7 +165,7 @@ def _dataset(points: xr.Dataset, samples: xr.DataArray, judged: dict[str, Any], 
         }
     )
     variables |= described({"n_least": ((), np.int64(LEAST), "1", "samples that are needed for a verdict")})
-    variables["verdict"] = coded((), judged["verdict"], "verdict", zero_one.VERDICTS)
+    variables["verdict"] = coded((), judged["verdict"], "verdict", VERDICTS)
     coords = described(
         {
             "turn": ("turn", samples["turn"].values, "1", "section point"),
@@ -166,3 +181,48 @@ def _typical(judged: dict[str, Any]) -> int:
     """Number of the frequency whose K is next to the median."""
     away = np.abs(judged["K"] - judged["quartiles"][1])
     return int(np.argmin(away)) if np.all(np.isfinite(away)) else 0
+
+
+def drawn_frequencies(count: int, seed: int) -> np.ndarray:
+    """Frequencies drawn evenly from (pi/5, 4 pi/5), rad a sample, ascending."""
+    return np.sort(np.random.default_rng(seed).uniform(*LIMITS, count))
+
+
+def walk(series: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """The path p + i q for each frequency: complex, shape (frequencies, samples)."""
+    phi = np.asarray(series, dtype=float)
+    n, away = 1j * np.arange(1, len(phi) + 1), phi - phi.mean()
+    return np.array([np.cumsum(away * np.exp(one * n)) for one in seen(c)])
+
+
+def displacement(paths: np.ndarray) -> np.ndarray:
+    """Mean square displacement over 1, 2, … samples, to a tenth of the series; shape (frequencies, lags)."""
+    longest = paths.shape[1] // SHARE
+    kept = paths.shape[1] - longest
+    moved = (paths[:, n : n + kept] - paths[:, :kept] for n in seen(range(1, longest + 1)))
+    return np.array([np.mean(np.abs(each) ** 2, axis=1) for each in moved]).reshape(longest, len(paths)).T
+
+
+def indicators(series: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """K for each frequency: the correlation of the mean square displacement with the number of samples.
+
+    Parameters
+    ----------
+    series : ndarray, shape (samples,)
+        At least 20 samples of a bounded quantity without a trend, which is not constant.
+    c : ndarray
+        Frequencies, rad a sample.
+    """
+    grown = displacement(walk(series, c))
+    away, lags = grown - grown.mean(axis=1, keepdims=True), np.arange(grown.shape[1], dtype=float)
+    lags -= lags.mean()
+    return away @ lags / np.sqrt(np.sum(away**2, axis=1) * np.sum(lags**2))
+
+
+def verdict(quartiles: np.ndarray) -> int:
+    """Index into `VERDICTS` by quartiles of K: chaotic if all lie above 0.75, regular if all below 0.25."""
+    if quartiles[0] > CHAOTIC:
+        return VERDICTS.index("chaotic")
+    if quartiles[2] < REGULAR:
+        return VERDICTS.index("regular")
+    return VERDICTS.index("undecided")

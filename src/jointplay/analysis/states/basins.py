@@ -1,9 +1,13 @@
 """Basins of attraction: which attractor each start of a plane reaches.
 
 Every node is followed to its end (`analysis.states.ends`), ends are sorted into attractors
-(`analysis.states.matching`), orbits that attract nothing are left out (`analysis.states.saddles`), and
-fractions and the boundary's dimension are estimated (`analysis.states.basin_uncertainty`). Validity: a motion
-that has not settled after transient and patience is described as it is then.
+(`analysis.states.matching`), orbits that attract nothing are left out, and fractions and the boundary's
+dimension are estimated (`analysis.states.basin_uncertainty`). Validity: a motion that has not settled after
+transient and patience is described as it is then.
+
+Saddles and repellers that a start hits exactly attract nothing. They are told by the multipliers of the
+section map over the period: one beyond the unit circle, and neighbours leave. Validity: multipliers within
+`BEYOND` of it are not told from those on it.
 """
 
 from __future__ import annotations
@@ -21,16 +25,18 @@ from jointplay.analysis import rules
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
 from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import coded, outcome
+from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.period import REPEATS
+from jointplay.analysis.starts import crank_place
 from jointplay.analysis.states import basin_dataset, start_plane
 from jointplay.analysis.states.basin_uncertainty import PAIRS, Pairs, count_pairs, grid_pairs, is_even
 from jointplay.analysis.states.ends import BAD, Observation, ends, features
 from jointplay.analysis.states.matching import Attractors, match
-from jointplay.analysis.states.saddles import without_saddles
 from jointplay.analysis.states.start_plane import Starts, axis_values, grid
 from jointplay.analysis.sweeps import quarters
 from jointplay.analysis.sweeps.quarters import Point, in_rounds, standing
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
+from jointplay.solver.mechanism.model import Model
 from jointplay.solver.motion.ensemble_runs import ensemble_fits, in_lanes
 from jointplay.solver.motion.ways import WAYS
 
@@ -40,6 +46,7 @@ BLOCK = 64  # nodes a cell
 HALVINGS = 5  # distances of random pairs: a step of the grid, halved once to five times
 SEED = 4
 FOLLOWED = "how the node's motion was followed"
+BEYOND = 1e-3  # of 1: a multiplier that differs less may be on the unit circle
 
 
 @divided
@@ -228,3 +235,36 @@ def _renumbered(attractors: Attractors, nodes: int) -> Attractors:
     number = np.zeros(count + 1, dtype=np.int32)
     number[1 + order] = np.arange(1, count + 1)
     return Attractors(number[attractors.labels], attractors.periods[order], attractors.shown_by[order])
+
+
+def repels(base: Model, period: int, state: np.ndarray, observation: Observation) -> bool:
+    """Whether the periodic orbit through a state at the section has a multiplier beyond the unit circle."""
+    place = crank_place(base) if base.structure.section is not None else None
+    limits = {"rtol": observation.rtol, "max_steps": observation.max_steps}
+    image = SectionMap(base, period, base.crank_angle, place, base.forward, **limits).image(state)
+    if image.status:  # without a derivative it is as it was found
+        return False
+    return bool(np.max(np.abs(np.linalg.eigvals(image.derivative)), initial=0.0) > 1 + BEYOND)
+
+
+def without_saddles(
+    found: Attractors, states: list[np.ndarray], base: Model, observation: Observation
+) -> tuple[Attractors, np.ndarray]:
+    """The attractors that attract, and whether each end is an orbit that does not.
+
+    Parameters
+    ----------
+    found : Attractors
+        Sorted ends.
+    states : list of ndarray
+        States at the section of each end.
+    base : Model
+        The model on its section.
+    observation : Observation
+        How the motions were followed.
+    """
+    pairs = zip(found.periods, found.shown_by, strict=True)
+    kept = np.array([not (p and repels(base, int(p), states[i][-1], observation)) for p, i in pairs], bool)
+    number = np.append(0, np.where(kept, np.cumsum(kept), 0)).astype(np.int32)
+    on_saddle = np.append(False, ~kept)[found.labels]
+    return Attractors(number[found.labels], found.periods[kept], found.shown_by[kept]), on_saddle

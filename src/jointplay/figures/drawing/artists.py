@@ -1,7 +1,11 @@
-"""Elements of several figures: curves with gaps, paths with contact, point clouds, labels, notes."""
+"""Elements of several figures: curves with gaps, paths with contact, point clouds, labels, notes.
+
+Powers of ten of an axis stand in its label, beside the unit, and never over a title or a tick.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from string import ascii_lowercase
 from textwrap import fill
@@ -10,14 +14,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.display import codes
+from jointplay.display.number_text import RAISED
 from jointplay.display.units import PLAIN, Shown, shown
-from jointplay.figures.drawing import factors, select, style
+from jointplay.figures.drawing import select, style
 from jointplay.figures.drawing.lent import Panel
 from jointplay.figures.drawing.smooth import smooth
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure, FigureBase
     from matplotlib.lines import Line2D
     from xarray import DataArray, Dataset
 
@@ -41,6 +47,8 @@ EXPLAINED = {
     "no_derivative": "the motion has no derivative",
     "jammed": "rigid contacts had no answer",
 }
+POWER = re.compile(r"^1e([−\d]+)$")  # as matplotlib writes it
+UNIT = re.compile(r"\(([^()]*)\)$")  # that a label ends with
 
 
 def curve(ax: Axes, x: np.ndarray, y: np.ndarray, **look) -> Line2D:
@@ -141,7 +149,7 @@ def with_unit(words: str, symbol: str) -> str:
 
 def broken(label: str, longest: int = LONGEST) -> str:
     """Return a label in lines of at most so many characters; its unit never stands alone on one."""
-    unit = factors.UNIT.search(label)
+    unit = UNIT.search(label)
     start = unit.start() - 1 if unit else len(label)
     kept = label[start:].replace(" ", "\N{NO-BREAK SPACE}")
     return fill(label[:start] + kept, longest).replace("\N{NO-BREAK SPACE}", " ")
@@ -289,5 +297,49 @@ def finish(figure: Figure, dataset: Dataset) -> Figure:
         figure.suptitle(lines, fontsize=8, color=style.WARNING, bbox=frame)
     literal(figure)
     if not isinstance(figure, Panel) and not style.beside():
-        factors.settle(figure)
+        settle(figure)
     return figure
+
+
+def settle(figure: FigureBase) -> None:
+    """Lay a figure out, with the powers of ten that matplotlib writes beside axes in the axes' labels.
+
+    Panels that share an axis share its power; each that has a label gets it.
+    """
+    _lay_out(figure.get_figure(root=True))  # powers are chosen as ticks are made
+    moved = False
+    axes = [ax for each in figure.axes for ax in (each, *each.child_axes)]
+    for axis in (axis for ax in axes for axis in (ax.xaxis, ax.yaxis)):
+        if power := POWER.search(axis.get_offset_text().get_text()):
+            digits = power[1].replace("\N{MINUS SIGN}", "-")
+            move(axis, f"10{digits.translate(RAISED)}")
+            moved = True
+    if moved:  # labels take room
+        _lay_out(figure.get_figure(root=True))
+
+
+def _lay_out(figure: Figure) -> None:
+    """Lay a figure out, without drawing it where its engine can."""
+    engine = figure.get_layout_engine()
+    if engine is None:
+        figure.draw_without_rendering()
+    else:
+        engine.execute(figure)
+
+
+def unit(label: str) -> str:
+    """Return the unit that a label ends with; empty where there is none."""
+    found = UNIT.search(label.replace("\n", " "))
+    return found[1] if found else ""
+
+
+def move(axis: Axis, factor: str) -> None:
+    """Write a factor before the unit of an axis' label, and not at the end of the axis."""
+    label = axis.get_label()
+    text = label.get_text()
+    if unit := UNIT.search(text):
+        words = factor if unit[1] in PLAIN.values() else f"{factor} {unit[1]}"
+        label.set_text(f"{text[: unit.start()]}({words})")
+    elif text:
+        label.set_text(f"{text} ({factor})")
+    axis.get_offset_text().set_visible(False)

@@ -1,16 +1,15 @@
-"""Paths drawn smoothly between samples: modified Akima splines over time, which do not overshoot at kinks.
+"""Paths drawn smoothly: through samples over time, and through points with tangents.
 
-A contact vibrates many times a turn. At ten samples an oscillation straight lines miss the path by 5 % of the
-amplitude, the splines by 1 %; samples themselves are not moved. SciPy has the same splines, but its module of
-interpolation takes longer to import than a picture to draw.
-Source: Akima, Journal of the ACM 17 (1970); the weights are those of his method's modified form.
+Between samples stand modified Akima splines, which do not overshoot at kinks. A contact vibrates many times a
+turn. At ten samples an oscillation straight lines miss the path by 5 % of the amplitude, the splines by 1 %;
+samples themselves are not moved. SciPy has the same splines, but its module of interpolation takes longer to
+import than a picture to draw. Source: Akima, Journal of the ACM 17 (1970); the weights are those of his
+method's modified form. Between points with tangents stand cubics, which meet smoothly.
 """
 
 from collections.abc import Callable
 
 import numpy as np
-
-from jointplay.figures.drawing import hermite
 
 BETWEEN = 8  # pieces of an interval in which the path bends
 BENT = np.deg2rad(4.0)  # between neighbouring lines, in a square panel that the path fills
@@ -50,7 +49,7 @@ def denser(
     slopes, lengths = akima(times, points), np.diff(times)[intervals, None]
     ends = (lengths * slopes[intervals], lengths * slopes[intervals + 1])
     shares = np.arange(1, BETWEEN) / BETWEEN
-    curve = hermite.cubic(points[intervals], np.diff(points, axis=0)[intervals], *ends, shares)
+    curve = cubic(points[intervals], np.diff(points, axis=0)[intervals], *ends, shares)
     places = np.repeat(intervals + 1, BETWEEN - 1)
     both = np.repeat(contact[intervals] & contact[intervals + 1], BETWEEN - 1)
     if touches is not None:
@@ -88,3 +87,38 @@ def bends(points: np.ndarray) -> np.ndarray:
     course = np.arctan2(steps[:, 1], steps[:, 0])
     sharp = np.abs((np.diff(course) + np.pi) % (2 * np.pi) - np.pi) > BENT
     return np.r_[sharp, False] | np.r_[False, sharp]
+
+
+def through(points: np.ndarray, tangents: np.ndarray, straight: np.ndarray | bool = False) -> np.ndarray:
+    """Return a denser path through points, shape (points, 2), with tangents along any smooth parameter.
+
+    The parameter's steps are those that fit the chords best: a parabola is met exactly. Where a tangent
+    points away from the neighbour, as at a cusp, or is none, the chord takes its place, as it does at both
+    ends of pieces that are `straight`.
+    """
+    if len(points) < 2:
+        return points
+    chords, means = np.diff(points, axis=0), (tangents[:-1] + tangents[1:]) / 2
+    size = np.sum(means**2, axis=1, keepdims=True)
+    steps = np.sum(chords * means, axis=1, keepdims=True) / np.where(size > 0, size, np.inf)
+    steps = np.where(np.reshape(straight, (-1, 1)), np.nan, steps)
+    begin, end = (_forward(steps * each, chords) for each in (tangents[:-1], tangents[1:]))
+    path = cubic(points[:-1], chords, begin, end, np.arange(BETWEEN) / BETWEEN)
+    return np.concatenate([path, points[-1:]])
+
+
+def cubic(
+    points: np.ndarray, chords: np.ndarray, begin: np.ndarray, end: np.ndarray, shares: np.ndarray
+) -> np.ndarray:
+    """Return points at shares of intervals, given where each begins, its chord and its tangents by share."""
+    t = shares[None, :, None]
+    path = points[:, None] + t * chords[:, None]
+    path = path + t * (1 - t) * ((1 - t) * (begin - chords)[:, None] + t * (chords - end)[:, None])
+    return path.reshape(-1, 2)
+
+
+def _forward(tangents: np.ndarray, chords: np.ndarray) -> np.ndarray:
+    """Return tangents, or chords where they point away or are far longer."""
+    along, size = np.sum(tangents * chords, axis=1, keepdims=True), np.sum(chords**2, axis=1, keepdims=True)
+    fits = (along > 0) & (np.sum(tangents**2, axis=1, keepdims=True) < 9 * size)
+    return np.where(fits, tangents, chords)

@@ -10,8 +10,8 @@ from jointplay.figures.drawing import lent, select, style
 from jointplay.figures.linkage import enlarged
 from jointplay.figures.linkage.sketch import Sketch, gravity
 from jointplay.figures.registry import picture
-from jointplay.solver.mechanism.loops.pose import Pose, start_pose
 from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.mechanism.start import Pose, start_pose
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

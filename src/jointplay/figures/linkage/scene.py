@@ -14,9 +14,9 @@ from jointplay.display.units import measure
 from jointplay.figures.drawing import select, timebase
 from jointplay.figures.linkage import guide
 from jointplay.figures.linkage.sketch import Sketch
-from jointplay.solver.mechanism.loops.pose import Pose
 from jointplay.solver.mechanism.parts.joints import Joint
 from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.mechanism.start import Pose
 
 if TYPE_CHECKING:
     from xarray import Dataset

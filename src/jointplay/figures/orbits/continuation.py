@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.display import codes
-from jointplay.figures.drawing import artists, hermite, select, style, sweep_axes
+from jointplay.figures.drawing import artists, select, style, sweep_axes
+from jointplay.figures.drawing.smooth import BETWEEN, through
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.bifurcation import Frame, diagram, lines, mark, sought
 
@@ -152,12 +153,12 @@ def smooth(
     """
     spans = np.nanmax(points, axis=0, initial=-np.inf) - np.nanmin(points, axis=0, initial=np.inf)
     spans = np.where(np.isfinite(spans) & (spans > 0), spans, 1.0)
-    path = hermite.through(points / spans, slopes / spans, straight) * spans
-    steady = np.repeat(stable[:-1] & stable[1:], hermite.BETWEEN)
+    path = through(points / spans, slopes / spans, straight) * spans
+    steady = np.repeat(stable[:-1] & stable[1:], BETWEEN)
     steady = np.append(steady, stable[-1:])
-    steady[:: hermite.BETWEEN] = stable
-    for at in breaks * hermite.BETWEEN:
-        path[at - hermite.BETWEEN + 1 : at] = np.nan
+    steady[::BETWEEN] = stable
+    for at in breaks * BETWEEN:
+        path[at - BETWEEN + 1 : at] = np.nan
     return path, steady
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from jointplay.display import codes
 from jointplay.figures.drawing import artists, select, style, sweep_axes
-from jointplay.figures.drawing.hermite import through
+from jointplay.figures.drawing.smooth import through
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.parameter_map import panel
 

@@ -54,7 +54,7 @@ def _run_up(t, w_0, w_1, T):
 # 1/s. A prescribed speed makes the crank's angle a phase, Omega t + theta_0, and its torque an outcome; so
 # does a profile, whose angle and speed are states with a given acceleration. A prescribed torque is a course
 # (equations.loads) over the crank's angle; the speed of a cycle is one over time, and its slope is imposed.
-# A servo pulls the crank towards an angle over time, W t and a course (equations.servo).
+# A servo pulls the crank towards an angle over time, W t and a course (equations.linkage).
 DRIVES = {
     "none": Drive(),
     "motor": Drive(("a", "b"), torque=lambda w, a, b: a - b * w),

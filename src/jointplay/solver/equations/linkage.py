@@ -5,19 +5,20 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from sympy import Expr, Integer, Symbol, sqrt
+from sympy import Expr, Integer, Symbol, cos, sin, sqrt
 
 from . import beam as elastic
-from . import chain, contact, corner, loads, play, servo, springs
+from . import chain, contact, corner, loads, play, springs
 from .contact import Geometry
 from .coordinates import Coordinates, Freedom, coordinates, dot
-from .drives import DRIVES
+from .drives import DRIVES, NAMES, WANTED
 from .loops import loop
 from .loops.vectors import ZERO, Vector, Vectors, cross
+from .own import own
 from .parameters import parameter_names
 from .springs import Action
 from .structure import Clearance, Closure, Linkage, Pin, Slide
-from .system import Angle, Contact, System, number, traction
+from .system import TIME, Angle, Contact, System, number, traction
 
 
 def system(structure: Linkage) -> System:
@@ -138,7 +139,7 @@ class Parts:
         """Torque of the drive on the crank where it is a law; 0 where it is an outcome."""
         structure, law, w = self.structure, DRIVES[self.structure.drive], self.c.speed[self.structure.driven]
         if law.follows:
-            return self.c.let("servo", servo.torque(structure, self.c))
+            return self.c.let("servo", _servo(structure, self.c))
         if structure.course and not law.imposed:
             return loads.value(structure.course, self.c)
         return law.torque(w, *map(number, law.letters)) if law.torque else Integer(0)
@@ -320,3 +321,30 @@ class Parts:
         for each in (*self.springs, *self.loads):
             total -= sum((force[axis] for link, force in each.pulls if link in pin.links), Integer(0))
         return pin.sign * total
+
+
+def _servo(structure: Linkage, c: Coordinates) -> Expr:
+    """The torque of a controller that makes the driven link follow an angle over time.
+
+        T = K_p (phi - theta) + K_d (phi' - w) + T_f(t, theta, w, phi, phi', phi''),      phi = W t + f(nu t),
+
+    with a course f (equations.loads). T_f is fed forward, given as text: with what a model of the mechanism
+    needs for the wanted motion the whole is a computed torque. Reference: Slotine and Li, Applied Nonlinear
+    Control (1991), chapters 6 and 9. Assumption: the controller acts at once and without limit.
+    """
+    angle, speed, W = c.angle[structure.driven], c.speed[structure.driven], number("W")
+    value, slope, bend = loads.derivatives(structure.course, c, 2)
+    wanted = [
+        c.let(name, each) for name, each in zip(WANTED, (W * TIME + value, W + slope, bend), strict=True)
+    ]
+    names = dict(zip(NAMES, (TIME, angle.value, speed, *wanted), strict=True))
+    known = {
+        "sin": lambda x: angle.sin if x == angle.value else sin(x),
+        "cos": lambda x: angle.cos if x == angle.value else cos(x),
+        "tan": lambda x: known["sin"](x) / known["cos"](x),
+    }
+    for name, text in structure.fed:
+        names[name] = c.let(f"fed_{name}", own.smooth(text, names, known).xreplace(own.NUMBERS))
+    drive = DRIVES[structure.drive]
+    lacking = wanted[0] - angle.value, wanted[1] - speed
+    return drive.torque(*lacking, *map(number, drive.letters[:2])) + names.get("", 0)

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from sympy import Expr, Integer
 
 from .coordinates import Coordinates
-from .loops import spans
+from .loops import vectors
 from .springs import Action
 from .structure import Course, Load
 from .system import Angle, number
@@ -63,5 +63,5 @@ def action(load: Load, c: Coordinates) -> Action:
     if load.turning:
         e, n = c.e(load.link), c.n(load.link)
         x, y = x * e[0] + y * n[0], x * e[1] + y * n[1]
-    column = spans.column(load.span, c, (x, y))
-    return Action(f, column, ((load.link, (f * x, f * y)),), power=f * spans.rate(column, c))
+    column = vectors.column(load.span, c, (x, y))
+    return Action(f, column, ((load.link, (f * x, f * y)),), power=f * vectors.rate(column, c))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from sympy import Expr, Float, Integer, sqrt
 
 from .coordinates import Coordinates, Freedom
-from .loops import spans
+from .loops import vectors
 from .structure import Spring
 from .system import number
 
@@ -29,7 +29,7 @@ class Action:
 
     amount: Expr
     column: dict[Freedom, Expr]
-    pulls: tuple[tuple[str, spans.Vector], ...] = ()
+    pulls: tuple[tuple[str, vectors.Vector], ...] = ()
     energy: Expr = Integer(0)
     lost: Expr = Integer(0)
     power: Expr = Integer(0)
@@ -44,13 +44,13 @@ def action(spring: Spring, c: Coordinates) -> Action:
         stretch = sum(sign * c.angle[k].value for k, sign in entries.items()) - number(f"rest_{name}")
     else:
         x, y = (
-            c.let(f"d{axis}_{name}", v) for axis, v in zip("xy", spans.vector(spring.span, c), strict=True)
+            c.let(f"d{axis}_{name}", v) for axis, v in zip("xy", vectors.vector(spring.span, c), strict=True)
         )
         length = c.let(f"L_{name}", sqrt(x**2 + y**2 + TINY))
         unit = c.let(f"ux_{name}", x / length), c.let(f"uy_{name}", y / length)
-        entries, stretch = spans.column(spring.span, c, unit), length - number(f"rest_{name}")
+        entries, stretch = vectors.column(spring.span, c, unit), length - number(f"rest_{name}")
     k, s = number(f"k_{name}"), c.let(f"stretch_{name}", stretch)
-    speed = c.let(f"rate_{name}", spans.rate(entries, c)) if spring.damped else Integer(0)
+    speed = c.let(f"rate_{name}", vectors.rate(entries, c)) if spring.damped else Integer(0)
     damping = number(f"c_{name}") if spring.damped else Integer(0)
     F = c.let(f"F_{name}", k * s + damping * speed)
     if not spring.twists:

@@ -35,7 +35,7 @@ from jointplay.solver.mechanism.draft import Draft, driven_link
 from jointplay.solver.mechanism.own.own import System
 from jointplay.solver.mechanism.own.own_parts import Impact, Jump, Rubbing, Switch, Touch
 from jointplay.solver.mechanism.own.systems import TestSystem
-from jointplay.solver.mechanism.parts.beam import Beam, Link
+from jointplay.solver.mechanism.parts.beam import Beam, Link, PointMass
 from jointplay.solver.mechanism.parts.courses import Harmonic
 from jointplay.solver.mechanism.parts.drive import (
     ConstantSpeed,
@@ -48,7 +48,6 @@ from jointplay.solver.mechanism.parts.drive import (
 )
 from jointplay.solver.mechanism.parts.joints import Contact, Friction, Joint, Pin
 from jointplay.solver.mechanism.parts.loads import AnyLoad, Force, Torque
-from jointplay.solver.mechanism.parts.masses import PointMass
 from jointplay.solver.mechanism.parts.springs import AnySpring, Spring, TorsionSpring
 from jointplay.solver.mechanism.paths import as_counted, checked_paths, with_parts
 from jointplay.solver.mechanism.section import ContactSection, CrankAngle, Plane, Section, SeparationSection

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import LAWS
-from jointplay.solver.mechanism.base import ANGLE, FAR, is_number
+from jointplay.solver.mechanism.base import ANGLE, FAR, GROUND, is_number
 from jointplay.solver.mechanism.loops.bases import Bases
 from jointplay.solver.mechanism.loops.closure import check_crank, ideal_state
 from jointplay.solver.mechanism.loops.ideal import State, ideal_configuration, placed
 from jointplay.solver.mechanism.loops.kinematic_chains import Forest, origins
 from jointplay.solver.mechanism.loops.loop import find_four_bar
+from jointplay.solver.mechanism.parts.joints import Pin
 from jointplay.solver.mechanism.records import Mechanism
 
 IDEAL, WRITTEN_OUT = ("crank_angle", "crank_speed", "branch"), ("angle", "angular_velocity")
@@ -145,3 +146,29 @@ def approaches(bases: Bases) -> np.ndarray:
             row = (0.0, size(friction.coefficient, *friction.numbers.values()))
             rows += [row] * len(bases.penetrations(joint))
     return np.array(rows, dtype=float).reshape(-1, 2)
+
+
+class Pose(NamedTuple):
+    """Angles of the links, rad, and their origins, shape (2,), m, by name."""
+
+    angles: Mapping[str, float]
+    origins: Mapping[str, np.ndarray]
+
+    def along(self, link: str, at: float) -> np.ndarray:
+        """The point of a link's line at a distance from its origin, m."""
+        angle = self.angles[link]
+        return self.origins[link] + at * np.array([np.cos(angle), np.sin(angle)])
+
+    def point(self, pin: Pin) -> np.ndarray:
+        """The point of a pin, m."""
+        return np.array(pin.point) if pin.link == GROUND else self.along(pin.link, pin.at)
+
+    def direction(self, pin: Pin) -> float:
+        """The direction of a pin's line, rad from x."""
+        return pin.direction + (0.0 if pin.link == GROUND else self.angles[pin.link])
+
+
+def start_pose(mechanism: Mechanism, initial: Any = None) -> Pose:
+    """Give where the links are at the start; keywords and errors as of `start`."""
+    state = start(mechanism, initial)
+    return Pose(state.angles, {name: rows[0] for name, rows in state.points.items()})

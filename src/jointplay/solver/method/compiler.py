@@ -22,7 +22,7 @@ from .numba_private import INLINED, INNER, RAISES, UNCOUNTED, Ahead, AttributeTe
 # infinity meaningful: contraction to fused multiply-add, reciprocals, signed zero.
 POLICY = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "arcp", "nsz"}, **UNCOUNTED}
 OPTIONS_OF = {"compiled": {}, "inner": INNER, "inlined": INLINED | INNER, "spliced": {"inline": "always"}}
-WORD, BYTE = ir.IntType(64), ir.IntType(8)
+WORD = ir.IntType(64)
 
 
 class RecordType(types.Type):

@@ -1,4 +1,4 @@
-"""States and requests of a model in the form in which lanes follow it (codegen.lanes.form)."""
+"""States and requests of a model in the form in which lanes follow it (codegen.lanes.equations)."""
 
 from __future__ import annotations
 

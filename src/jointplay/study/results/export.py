@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Callable, Iterator, Sequence
-from io import BytesIO, StringIO
+from collections.abc import Callable, Sequence
+from io import BytesIO
 from itertools import product
 from pathlib import Path
 from typing import Annotated
@@ -77,19 +76,16 @@ def export(
 def _mat(dataset: xr.Dataset, _: Sequence[str] | None) -> bytes:
     from scipy.io import savemat
 
-    variables = {str(name): variable for name, variable in dataset.variables.items()}
-    structs = {
-        key: {name: str(variable.attrs.get(key, "")) for name, variable in variables.items()}
-        for key in ("units", "long_name", "comment")
-    }
-    told = words(dataset)
-    structs["words"] = {name: _cells(told[name].values) for name in variables if coded(dataset[name])}
-    structs["dims"] = {name: " ".join(map(str, variable.dims)) for name, variable in variables.items()}
-    structs["attributes"] = {str(key): str(value) for key, value in dataset.attrs.items()}
-    values = {name: _cells(variable.values) for name, variable in variables.items()}
+    told, variables = words(dataset), dataset.variables
+    content = {name: _cells(variable.values) for name, variable in variables.items()}
+    for key in ("units", "long_name", "comment"):
+        content[key] = {name: str(variable.attrs.get(key, "")) for name, variable in variables.items()}
+    content["words"] = {name: _cells(told[name].values) for name in variables if coded(dataset[name])}
+    content["dims"] = {name: " ".join(map(str, variable.dims)) for name, variable in variables.items()}
+    content["attributes"] = {key: str(value) for key, value in dataset.attrs.items()}
     stream = BytesIO()
     try:
-        savemat(stream, values | structs, do_compression=True, long_field_names=True, oned_as="column")
+        savemat(stream, content, do_compression=True, long_field_names=True, oned_as="column")
     except (TypeError, ValueError) as error:  # its names have 63 letters at most
         raise refuse(NOTHING, f"what a .mat file can hold is accepted: {error}", "result") from None
     return stream.getvalue()
@@ -104,38 +100,43 @@ def _csv(dataset: xr.Dataset, over: Sequence[str] | None) -> bytes:
     names = [dim for dim in dataset.dims if dim in dataset.coords and dataset[dim].dtype.kind in "UO"]
     largest = max(dataset.variables.values(), key=lambda variable: variable.size, default=xr.Variable((), 0))
     rows = list(dict.fromkeys(over or (dim for dim in largest.dims if dim not in names)))
-    counted = {dim: (dim, np.arange(dataset.sizes[dim])) for dim in rows if dim not in dataset.variables}
-    told = words(dataset).assign_coords(counted)
-    keys = [*rows, *(name for name in told.coords if name not in rows)]
-    every = [str(name) for name in dict.fromkeys((*keys, *told.variables))]
-    columns = {name: [*_columns(told, name, rows, names)] for name in every}
-    if left := [name for name, own in columns.items() if not own and name not in names]:
-        also = sorted({str(dim) for name in left for dim in told[name].dims} - {*rows, *names})
-        warn(
-            f"not in the table: {', '.join(left)}" + (f"; theirs are over {', '.join(also)}" if also else "")
+    if not rows:
+        raise refuse(
+            NOTHING, "a result with dimensions is accepted for a table; a .mat file holds any", "result"
         )
-    table = [column for own in columns.values() for column in own]
-    stream = StringIO(newline="")
-    writer = csv.writer(stream)
-    writer.writerow([label if units in ("", "1") else f"{label} [{units}]" for label, units, _ in table])
-    writer.writerows(zip(*(values.tolist() for _, _, values in table), strict=True))
-    return stream.getvalue().encode()
+    told = words(dataset)
+    told = told.assign_coords({dim: told[dim] for dim in rows})  # of a dimension without values, 0, 1, …
+    every = [name for name in dict.fromkeys((*told.coords, *told.variables)) if name not in rows]
+    columns = {name: _columns(told, name, rows, names) for name in every}
+    if left := [name for name in every if not columns[name] and name not in names]:
+        also = sorted({str(dim) for name in left for dim in told[name].dims} - {*rows, *names})
+        theirs = f"; theirs are over {', '.join(also)}" if also else ""
+        warn(f"not in the table: {', '.join(left)}{theirs}")
+    found = {label: column for own in columns.values() for label, column in own.items()}
+    frame = xr.Dataset(found, {dim: told[dim].variable for dim in rows}).to_dataframe(rows).reset_index()
+    units = [str({**told.variables, **found}[label].attrs.get("units", "")) for label in frame]
+    header = [
+        f"{label} [{unit}]" if unit not in ("", "1") else label
+        for label, unit in zip(frame, units, strict=True)
+    ]
+    return frame.to_csv(index=False, header=header, na_rep="nan", lineterminator="\r\n").encode()
 
 
 def _columns(
     dataset: xr.Dataset, name: str, rows: Sequence[str], names: Sequence[str]
-) -> Iterator[tuple[str, str, np.ndarray]]:
-    """Columns of a variable: one, or one for each name that it is over."""
+) -> dict[str, xr.Variable]:
+    """Columns of a variable by their labels: one, or one for each name that it is over."""
     variable = dataset[name].variable
     own = [dim for dim in variable.dims if dim in names and dim not in rows]
     if not set(variable.dims) & set(rows) or set(variable.dims) - {*rows, *own}:
-        return
-    units = str(variable.attrs.get("units", ""))
-    for places in product(*(range(dataset.sizes[dim]) for dim in own)):
-        at = dict(zip(own, places, strict=True))
-        label = ":".join([name, *(str(dataset[dim].values[i]) for dim, i in at.items())])
-        full = variable.isel(at).set_dims({dim: dataset.sizes[dim] for dim in rows})
-        yield label, units, full.transpose(*rows).values.ravel()
+        return {}
+    every = [
+        dict(zip(own, places, strict=True)) for places in product(*(range(dataset.sizes[dim]) for dim in own))
+    ]
+    return {
+        ":".join([name, *(str(dataset[dim].values[i]) for dim, i in at.items())]): variable.isel(at)
+        for at in every
+    }
 
 
 FORMS: dict[str, Callable[[xr.Dataset, Sequence[str] | None], bytes]] = {".mat": _mat, ".csv": _csv}
@@ -169,10 +170,6 @@ def words(dataset: Annotated[xr.Dataset, accepts("a result")]) -> xr.Dataset:
     'ok'
     """
     with of_a_result(dataset):
-        return _words(dataset)
-
-
-def _words(dataset: xr.Dataset) -> xr.Dataset:
-    return dataset.assign(
-        {name: codes.words(dataset[name]) for name in dataset.variables if codes.coded(dataset[name])}
-    )
+        return dataset.assign(
+            {name: codes.words(dataset[name]) for name in dataset.variables if coded(dataset[name])}
+        )

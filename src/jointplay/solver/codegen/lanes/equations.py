@@ -17,7 +17,8 @@ from dataclasses import replace
 
 from sympy import Expr, Integer, Symbol
 
-from ...equations.system import System
+from ...equations.system import TIME, Angle, Contact, System
+from ...method.lanes import CLOCK
 from ...method.lanes import layout as rows
 from ...method.lanes.radau import STAGES
 from ...method.modes import CONE, FORCE, GAP
@@ -26,7 +27,6 @@ from ..inverse_mass import dot, eliminate
 from ..module import guards
 from ..source import Layout, Program, expression, importing, used
 from ..tape import FLOW
-from .form import laid_out
 from .text import at, choose, fetch, function, lanes, rotation, stage
 
 HEADER = '''"""Generated from the equations, for eight trajectories at once; do not edit."""
@@ -37,6 +37,8 @@ from jointplay.solver.method.lanes.lanewise import lanewise
 from jointplay.solver.method.interface import compiled
 
 '''
+
+NONE = Integer(0)
 
 
 def text(system: System) -> str:
@@ -246,3 +248,48 @@ def _functions(n: int, watched: list[int], sticks: bool) -> list[str]:
         function("finish", [*lanes(*fetch(n, STAGES - 1)), *rate]),
         function("base", [*lanes(*here), *rate, *lanes(*taken, f"{at(rows.NEW)} = 0.0")]),
     ]
+
+
+def laid_out(system: System) -> tuple[System, int]:
+    """The system as lanes follow it, and the number of its phases, which come before its positions.
+
+    Lanes follow positions, each with a speed. A phase of the forcing is an angle that turns at a speed which
+    stays, so that a section at a phase is one at an angle; time is the first phase over its speed, or that of
+    a clock. A state of first order is the speed of a position on which nothing depends. A linkage has this
+    form already, but for a crank whose speed is imposed.
+    """
+    turning = tuple(angle for angle in system.angles if angle.position is not None)
+    angles = tuple(angle for angle in system.angles if angle.position is None)
+    if turning and not angles:
+        return system, 0
+    if not turning and (not angles or angles[0].name != "phase"):
+        angles = (Angle(CLOCK), *angles)
+    turned = [
+        replace(a, position=Symbol(f"turn_{a.name}", real=True), rate=NONE, offset=NONE) for a in angles
+    ]
+    turns = tuple(angle.position for angle in turned)
+    rates = tuple(Symbol(f"rate_{angle.name}", real=True) for angle in angles)
+    first, still = len(turns), (NONE,) * len(turns)
+    summed = () if turning else system.speeds[len(system.positions) :]  # else a law remembers them
+    unused = tuple(Symbol(f"sum_{z}", real=True) for z in summed)
+    time = {TIME: turns[0] / rates[0]}
+
+    def moved(contact: Contact) -> Contact:
+        names = ("u", "v_n", "F_n", "v_t", "coulomb", "limit")
+        given = {name: getattr(contact, name) for name in names}
+        given = {name: value.xreplace(time) for name, value in given.items() if value is not None}
+        rows = {name: getattr(contact, name) for name in ("normal", "tangential")}
+        return replace(contact, **given, **{name: (*still, *row) for name, row in rows.items() if row})
+
+    mass = {(i + first, j + first): m.xreplace(time) for (i, j), m in (system.mass or {}).items()}
+    laid = replace(
+        system,
+        positions=(*turns, *system.positions, *unused),
+        speeds=(*rates, *system.speeds),
+        mass=mass | {(k, k): Integer(1) for k in range(first)} if mass else None,
+        force=(*still, *(value.xreplace(time) for value in system.force)),
+        angles=(*turned, *turning),
+        contacts=tuple(map(moved, system.contacts)),
+        resets=tuple(replace(each, guard=each.guard.xreplace(time)) for each in system.resets),
+    )
+    return laid, first

@@ -1,6 +1,8 @@
 """Vectors of a linkage cut open: sums of arms and slides, r0 + sum_k D_k e_k + sum_s sigma s d.
 
 A link that stretches (equations.stretch) has D_k times its lengthening, whose modes are among the freedoms.
+A span is a place, or a place less another: const + sum_k D_k e_k + sum of bases. Source: virtual work,
+d.delta r = sum_k D_k n_k.d delta theta_k (and d on bases) for a unit vector d.
 """
 
 from collections.abc import Iterator
@@ -9,7 +11,7 @@ from dataclasses import dataclass
 from sympy import Expr, Integer
 
 from ..coordinates import Coordinates, Direction, Freedom, dot
-from ..structure import Closure, Linkage, Slide
+from ..structure import Closure, Linkage, Slide, Span
 from ..system import number
 
 Vector = tuple[Expr, Expr]
@@ -114,3 +116,25 @@ def turn(slide: Slide, c: Coordinates) -> None:
         x, y = c.e(slide.guide)
         s, r = c.let(f"s_{name}", y * cos + x * sin), c.let(f"c_{name}", x * cos - y * sin)
         c.angle[who] = Direction(s, r)
+
+
+def vector(span: Span, c: Coordinates) -> Vector:
+    """The vector of a span."""
+    x, y = number(f"x0_{span.name}"), number(f"y0_{span.name}")
+    for k in span.arms:
+        D, e = number(f"D_{span.name}_{k}"), c.e(k)
+        x, y = x + D * e[0], y + D * e[1]
+    for f, sign in span.bases:
+        x, y = x + sign * c.position[f, 0], y + sign * c.position[f, 1]
+    return x, y
+
+
+def column(span: Span, c: Coordinates, along: Vector) -> dict[Freedom, Expr]:
+    """Derivatives of along.r' with respect to the speed of every freedom."""
+    found: dict[Freedom, Expr] = {k: number(f"D_{span.name}_{k}") * dot(c.n(k), along) for k in span.arms}
+    return found | {(f, axis): sign * along[axis] for f, sign in span.bases for axis in (0, 1)}
+
+
+def rate(entries: dict[Freedom, Expr], c: Coordinates) -> Expr:
+    """The speed that a column makes with the freedoms' speeds."""
+    return sum((entry * c.speed[freedom] for freedom, entry in entries.items()), Integer(0))

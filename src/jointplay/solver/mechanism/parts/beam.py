@@ -1,4 +1,4 @@
-"""Links, rigid or elastic, and the modes of an elastic link's beam that enter the equations of motion.
+"""Links, rigid or elastic, with point masses, and the modes in which an elastic link bends.
 
 Source: the deflection y(x, t) = Σ φ_i(x) η_i(t) of a uniform Euler–Bernoulli beam pinned at both ends, in
 mass-normalised modes: ∫ρA φ_i φ_j dx = δ_ij and ∫EI φ_i″ φ_j″ dx = ω_i² δ_ij. They are those of
@@ -9,6 +9,7 @@ a beam of unit length, mass and stiffness (`jointplay.solver.mechanism.parts.sha
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import partial
 from typing import Annotated, Any, Literal, Self
 
@@ -21,6 +22,7 @@ from jointplay.solver.mechanism.base import (
     Few,
     Flag,
     Length,
+    Name,
     NonNegative,
     PartName,
     Place,
@@ -29,15 +31,12 @@ from jointplay.solver.mechanism.base import (
     measured,
     named,
 )
-from jointplay.solver.mechanism.parts.masses import PointMass, together
 from jointplay.solver.mechanism.parts.shapes import Modes, hermites, sines
 
 _MARGIN = 1e-9  # of a pivot of the mass matrix: below this share of its whole it is rounding
 MOST_ELEMENTS = 20
 _STRETCHED = 8 / 9  # of a beam's mass that its two modes along move as one
 _SINES = 4  # as many modes as the paper's two elements have
-
-
 _SOME_ELEMENTS = f"a whole number of elements from 1 to {MOST_ELEMENTS}, each longer than 0,"
 _SOME_DAMPING = "a damping ratio from 0 to 1 (critical: beyond it no mode swings)"
 _SOME_MODES = f"a whole number of modes from 1 to {2 * MOST_ELEMENTS}"
@@ -47,6 +46,24 @@ Elements = Annotated[int, Field(strict=True, ge=1, le=MOST_ELEMENTS)]
 DampingRatio = Annotated[NonNegative, Field(le=1)]
 elements_field = partial(measured, "number of elements", "1", accepts=_SOME_ELEMENTS)
 damping_field = partial(measured, "damping ratio", "1", 0.0, accepts=_SOME_DAMPING)
+
+
+class PointMass(Record):
+    """A mass at a point of a link's line, such as a counterweight.
+
+    Parameters
+    ----------
+    at : float
+        Distance from the link's origin along the link, m; negative behind the origin.
+    mass : float
+        Mass, kg.
+    name : str, optional
+        By which a sweep finds it: ``links.crank.masses.counterweight.mass``.
+    """
+
+    at: Place = measured("distance along the link", "m")
+    mass: Positive = measured("point mass", "kg")
+    name: Name | None = None
 
 
 class Beam(Record):
@@ -278,3 +295,20 @@ def bending_problems(link: Link) -> list[Problem]:
         text = f"a moment of inertia about the link's origin {limit}, {reason}"
         return [Problem("inertia", link.inertia, text)]
     return []
+
+
+def together(
+    mass: float, centre: float, inertia: float, masses: Sequence[PointMass]
+) -> tuple[float, float, float]:
+    """Give mass (kg), mass centre (m) and inertia about the origin (kg m²) of a link with its point masses.
+
+    Parameters
+    ----------
+    mass, centre, inertia : float
+        Those of the link alone; the inertia about its origin.
+    masses : sequence of PointMass
+        What sits on it.
+    """
+    total = mass + sum(point.mass for point in masses)
+    moment = mass * centre + sum(point.mass * point.at for point in masses)
+    return total, moment / total, inertia + sum(point.mass * point.at**2 for point in masses)
