@@ -319,13 +319,15 @@ def test_who_runs_the_cells_of_an_analysis_does_not_run_the_cells_of_its_cells()
     assert seen == [2, 1]
 
 
-def test_an_error_of_who_runs_the_cells_ends_the_analysis_and_its_driving():
-    def stopped(work):
+def test_an_error_ends_the_analysis_and_its_driving():
+    def pressed(*_):
         raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        cells.driven(partial(cells.handed_out, leaf, [{"n": 1}]), stopped)
-    assert cells.handed_out(leaf, [{"n": 1}], n_jobs=1) == [{"status": 0, "n": 1}]
+    ask = partial(cells.handed_out, leaf, [{"n": 1}])
+    for call, driver in ((ask, pressed), (pressed, lambda _: pytest.fail("nobody drives any more"))):
+        with pytest.raises(KeyboardInterrupt):
+            cells.driven(call, driver)
+        assert ask(n_jobs=1) == [{"status": 0, "n": 1}]
 
 
 def test_the_first_work_of_an_analysis_is_told_and_none_of_it_run():
