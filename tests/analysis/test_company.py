@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from contextvars import ContextVar
+from functools import partial
 
 import pytest
 
@@ -38,20 +40,28 @@ def test_a_call_alone_has_no_answer():
     assert call("a", 1, []) == [None]
 
 
-def test_the_first_error_is_raised_when_all_have_ended():
-    seen = []
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+def test_an_error_ends_all_calls(error):
+    seen, ended = [], []
+
+    def waits():
+        try:
+            call("a", 3, seen)
+        finally:
+            ended.append(1)
 
     def wrong():
         asked("x")
-        raise ValueError("wrong")
+        raise error("wrong")
 
-    with pytest.raises(ValueError, match="wrong"):
-        side_by_side([lambda: call("a", 3, seen), wrong], lambda questions: [1] * len(questions))
-    assert seen == ["a0", "a1", "a2"]
+    with pytest.raises(error, match="wrong"):
+        side_by_side([waits, wrong, waits], lambda questions: [1] * len(questions))
+    assert seen == ["a0", "a0", "a1"]
+    assert ended == [1, 1]
 
 
 def test_calls_end_when_nobody_answers():
-    before, ended = threading.active_count(), []
+    ended = []
 
     def waits():
         try:
@@ -64,21 +74,34 @@ def test_calls_end_when_nobody_answers():
 
     with pytest.raises(KeyboardInterrupt):
         side_by_side([waits, waits], stopped)
-    for thread in threading.enumerate()[before:]:
-        thread.join(5)
     assert ended == [1, 1]
-    assert threading.active_count() == before
 
 
-def test_calls_that_ask_for_nothing_share_a_thread():
+def test_calls_stay_in_the_thread_of_their_caller():
+    """A signal's handler, as that of Ctrl-C, interrupts them themselves."""
+
     def asks():
         return asked("x") and threading.get_ident()
 
-    calls = [threading.get_ident, threading.get_ident, asks, threading.get_ident, threading.get_ident]
-    first, *others = side_by_side(calls, lambda questions: [1] * len(questions))
-    assert others[:2] == [first, first]
-    assert others[2] == others[3] != first
-    assert first != threading.get_ident()
+    found = side_by_side([threading.get_ident, asks, asks], lambda questions: [1] * len(questions))
+    assert found == [threading.get_ident()] * 3
+
+
+def test_threads_have_calls_of_their_own_beside_each_other():
+    """As workers of a pool of threads: nothing that one of them asks comes to another."""
+    meet = threading.Barrier(2, timeout=60)
+
+    def answers(questions):
+        meet.wait()
+        return [(threading.get_ident(), *question) for question in questions]
+
+    def run(name):
+        own = threading.get_ident()
+        found = side_by_side([partial(call, name, 2, []), partial(call, name, 2, [])], answers)
+        return found == [[(own, name, 0), (own, name, 1)]] * 2
+
+    with ThreadPoolExecutor(2) as pool:
+        assert [*pool.map(run, "ab")] == [True, True]
 
 
 def test_what_a_call_sets_in_its_context_is_its_own():
@@ -86,9 +109,12 @@ def test_what_a_call_sets_in_its_context_is_its_own():
 
     def count():
         own.set(own.get() + 1)
+        asked("x")
         return own.get()
 
+    own.set(5)
     assert side_by_side([count, count], lambda questions: questions) == [1, 1]
+    assert own.get() == 5
 
 
 def test_company_is_asked_for_once():

@@ -15,8 +15,8 @@ from tests.support.study_samples import TEXT
 
 NAMES = ("random", "platform", "tempfile", "hashlib", "subprocess", "socket", "numba", "joblib")
 CELLS = """
-from jointplay.analysis.cells import divided, handed_out
-print(divided(lambda n_jobs, progress: handed_out(dict, [{'status': 0}] * 2))(n_jobs=2))
+from jointplay.analysis.cells import handed_out
+print(handed_out(dict, [{'status': 0}] * 2, n_jobs=2))
 """
 ANSWERS = "[{'status': 0}, {'status': 0}]\n"
 PACKAGE = Path(package.__file__).parent

@@ -1,12 +1,14 @@
 """One analysis with cells inside: killed, resumed, spread over workers, it is the same bit for bit."""
 
+import inspect
 import signal
 from functools import partial
 
 import numpy as np
 import pytest
 
-from jointplay import cli
+import jointplay as jp
+from jointplay import catalog, cli
 from jointplay.analysis import cells
 from jointplay.analysis.states import basins, field
 from jointplay.jobs import worker
@@ -153,7 +155,7 @@ def test_keys_are_of_all_that_decides_an_answer(more):
 
 def test_keys_say_how_many_there_are():
     record = loaded(PLANE).record
-    works = [next(cells.handed_out(die, [{}] * count)) for count in (300, 20)]
+    works = [cells.first_work(partial(cells.handed_out, die, [{}] * count)) for count in (300, 20)]
     first, second = (
         [cell.key for cell in with_journal_keys(record, work, i)[0]] for i, work in enumerate(works)
     )
@@ -182,11 +184,76 @@ def test_what_has_cells_no_cells_leaves_no_journal(tmp_path):
     assert next(iter(plan(loaded(text), tmp_path, 1))) == "cells    none: one analysis, run in one piece"
 
 
+def _hands_out(module):
+    givers = (cells.handed_out, cells.answered, field.field)
+    return any(value is giver for value in vars(module).values() for giver in givers)
+
+
 def test_kinds_with_cells_inside_are_those_that_take_jobs():
-    found = {kind for kind, row in KINDS.items() if hasattr(row.function, "steps")}
+    found = {kind for kind, row in KINDS.items() if _hands_out(inspect.getmodule(row.function))}
     assert found == {kind for kind, row in KINDS.items() if "n_jobs" in row.function.fields()}
     assert found >= {"basins", "bifurcation", "claims", "readings", "sensitivity"}
     assert not found & {"response", "section", "lyapunov", "periodic_orbit", "continuation"}
+
+
+PAIR, LOOSE = catalog.impact_pair(3.0, 0.8), catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
+GRID = {"y": np.linspace(-1, 1, 5).tolist(), "v": np.linspace(-1, 1, 5).tolist()}
+REGION, FEW = {"y": (-1.6, 1.6), "v": (-3.0, 3.0)}, {"turns": 16, "transient": 20}
+BRIEF = {"max_steps": 20, "transient": 1}
+CALLS = {  # works that each hands out
+    "bifurcation": (1, lambda **to: jp.bifurcation(PAIR, over={"gap": [3.0, 3.2]}, **FEW, **to)),
+    "bifurcation, refined": (
+        3,
+        lambda **to: jp.bifurcation(
+            PAIR, over={"gap": np.linspace(3, 3.9, 9).tolist()}, direction="reset", refine=2, **FEW, **to
+        ),
+    ),
+    "basins": (1, lambda **to: jp.basins(PAIR, plane=GRID, **FEW, **to)),
+    "basins, refined": (
+        2,
+        lambda **to: jp.basins(catalog.duffing(amplitude=0.0), plane=GRID, refine=1, **FEW, **to),
+    ),
+    "sensitivity": (1, lambda **to: jp.sensitivity(PAIR, plane=GRID, turns=1, **to)),
+    "attractors": (
+        4,
+        lambda **to: jp.attractors(
+            PAIR,
+            over={"gap": [3.6, 3.65]},
+            region=REGION,
+            starts=8,
+            bifurcations=True,
+            exponents=False,
+            **FEW,
+            **to,
+        ),
+    ),
+    "tipping": (3, lambda **to: jp.tipping(PAIR, region=REGION, starts=3, edge=False, **FEW, **to)),
+    "assess": (1, lambda **to: jp.assess(LOOSE, along=["clearance"], **BRIEF, **to)),
+    "claims": (1, lambda **to: jp.claims(damping_ratios=(), **BRIEF, **to)),
+    "readings": (1, lambda **to: jp.readings(panels=["b"], readings=["as_printed"], **BRIEF, **to)),
+    "stress": (1, lambda **to: jp.stress(scenes=1, variants=("rigid",), max_steps=20, **to)),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_all_cells_of_a_call_go_to_as_many_workers_as_it_asks_for(name, monkeypatch):
+    asked, in_memory = [], cells.in_memory
+
+    def noted(n_jobs, work):
+        asked.append(n_jobs)
+        return in_memory(1, work)
+
+    monkeypatch.setattr(cells, "in_memory", noted)
+    least, call = CALLS[name]
+    call(n_jobs=3)
+    assert len(asked) >= least
+    assert {*asked} == {3}
+
+
+def test_each_kind_with_cells_inside_is_called_so():
+    assert {name.split(",")[0] for name in CALLS} == {
+        kind for kind, row in KINDS.items() if "n_jobs" in row.function.fields()
+    }
 
 
 def test_varied_analyses_keep_theirs_to_themselves(tmp_path):
@@ -237,23 +304,49 @@ def test_ctrl_c_says_how_it_goes_on(tmp_path, monkeypatch, capsys):
 def test_who_runs_the_cells_of_an_analysis_does_not_run_the_cells_of_its_cells():
     seen = []
 
-    @cells.divided
-    def inner(n, n_jobs, progress):
-        return {"status": 0, "found": (yield from cells.handed_out(leaf, [{"n": n}] * n))}
-
     def outer():
-        return (yield from cells.handed_out(partial(inner, n_jobs=1), [{"n": 2}, {"n": 3}]))
+        first = cells.handed_out(inner, [{"n": 2}, {"n": 3}])
+        return first + cells.handed_out(inner, [{"n": 1}], before=2)
 
     def runner(work):
         seen.append(len(work.jobs))
         return cells.in_memory(1, work)
 
-    found = cells.driven(lambda progress: outer(), runner)
-    assert seen == [2]
-    assert [len(each["found"]) for each in found] == [2, 3]
-    assert cells.divided(lambda n_jobs, progress: cells.handed_out(leaf, [{"n": 1}]))(n_jobs=1) == [
-        {"status": 0, "n": 1}
-    ]
+    found = cells.driven(outer, runner)
+    assert seen == [2, 1]
+    assert [len(each["found"]) for each in found] == [2, 3, 1]
+    assert cells.handed_out(leaf, [{"n": 1}], n_jobs=1) == [{"status": 0, "n": 1}]
+    assert seen == [2, 1]
+
+
+def test_an_error_ends_the_analysis_and_its_driving():
+    def pressed(*_):
+        raise KeyboardInterrupt
+
+    ask = partial(cells.handed_out, leaf, [{"n": 1}])
+    for call, driver in ((ask, pressed), (pressed, lambda _: pytest.fail("nobody drives any more"))):
+        with pytest.raises(KeyboardInterrupt):
+            cells.driven(call, driver)
+        assert ask(n_jobs=1) == [{"status": 0, "n": 1}]
+
+
+def test_the_first_work_of_an_analysis_is_told_and_none_of_it_run():
+    ended = []
+
+    def outer():
+        try:
+            return cells.handed_out(die, [{}] * 3)
+        finally:
+            ended.append(1)
+
+    work = cells.first_work(outer)
+    assert len(work.jobs) == 3
+    assert ended == [1]
+    assert cells.first_work(lambda: leaf(1)) is None
+
+
+def inner(n):
+    return {"status": 0, "found": cells.handed_out(leaf, [{"n": n}] * n, n_jobs=1)}
 
 
 def leaf(n):

@@ -147,7 +147,7 @@ def test_cells_of_a_vary_table_share_lanes(kind, tmp_path, monkeypatch):
     if kind == "section":  # the last one is chaotic
         assert np.allclose(found.journal_x[:last], alone.journal_x[:last], atol=1e-7)
     else:
-        apart = (found - alone).section_exponent_per_turn.values[:, 0]
+        apart = (found.section_exponent_per_turn - alone.section_exponent_per_turn).values[:, 0]
         error = np.hypot(*(each.section_standard_error_per_turn.values[:, 0] for each in (found, alone)))
         assert np.all(np.abs(apart) < 4 * error + 1e-3)
     monkeypatch.setattr(study_run, "TOGETHER", 1)

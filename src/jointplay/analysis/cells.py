@@ -1,18 +1,18 @@
 """Analyses that divide their work: they hand out cells, and make their dataset of the answers.
 
-Such an analysis is a generator. It yields `Work`, and is sent an iterator over the answers. Its driver
-(`driven`) decides who runs the cells: this process and its workers (`divided`), or a study that keeps what is
-finished.
+Where it needs answers, such an analysis calls `handed_out`, or `answered` with `Work` of its own. The work is
+done by whoever drives the analysis (`driven`), as a study that keeps what is finished; where nobody does, by
+this process and its workers.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Container, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from contextvars import ContextVar
 from dataclasses import dataclass
-from functools import partial, wraps
-from inspect import signature
-from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeAlias, TypeVar
+from functools import partial
+from typing import Any, ClassVar, TypeVar
 
 from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.display.errors import InputError
@@ -22,14 +22,10 @@ from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import Status
 from jointplay.solver.motion.company import side_by_side
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
-from jointplay.solver.motion.looks import from_progress, look, reported
+from jointplay.solver.motion.looks import from_progress, look
 from jointplay.solver.motion.trajectory import Request, follow
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-
-P = ParamSpec("P")
+T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., Any])
 JOBS = 2
 DIGITS = 7  # of a number in the key of a numbered cell
@@ -65,7 +61,7 @@ class Work:
     possible: Sequence[str] = ()
 
 
-Steps: TypeAlias = "Generator[Work, Read, xr.Dataset]"
+_run: ContextVar[Callable[[Work], Read] | None] = ContextVar("run", default=None)
 
 
 @dataclass(frozen=True)
@@ -139,17 +135,19 @@ def handed_out(
     function: Callable[..., Entry],
     cells: Sequence[dict[str, Any]],
     progress: Callable[[float], None] | None = None,
+    n_jobs: int | None = None,
+    *,
     lasting: str = "",
     ready: Callable[[], None] = lambda: None,
     before: int = 0,
     possible: int = 0,
-) -> Generator[Work, Read, list[Entry]]:
+) -> list[Entry]:
     """Hand out a call of a function for each cell, by the call's keywords.
 
     The function gives back a dict with the key ``status``; workers, which are processes, import it by name.
     Cells are known by their numbers, after so many `before`; those that are to last when others are added, by
     all that decides their answers, and `lasting` says what they are. `ready` compiles what they need. Where
-    answers decide which cells follow, so many are `possible`.
+    answers decide which cells follow, so many are `possible`. `n_jobs` is as in `answered`.
 
     Returns
     -------
@@ -164,8 +162,7 @@ def handed_out(
     made = [Cell(function, each, key) for each, key in zip(cells, keys, strict=True)]
     shape = {lasting or "inside one analysis": len(cells)}
     more = [f"{i:0{2 * DIGITS}x}" for i in range(possible)]
-    read = yield Work(made, shape, progress, ready, not lasting, more)
-    answers = dict(read())
+    answers = dict(answered(Work(made, shape, progress, ready, not lasting, more), n_jobs)())
     return [answers[key] for key in keys]
 
 
@@ -174,29 +171,36 @@ def first_bad(answers: Iterable[Mapping[str, Any]]) -> int:
     return next((int(each["status"]) for each in answers if each.get("status")), 0)
 
 
-@reported
-def driven(steps: Callable[..., Steps], run: Callable[[Work], Read], /, *arguments, **keywords) -> xr.Dataset:
-    """Run an analysis to its end, doing its work by `run`, and return its dataset."""
-    analysis, read = steps(*arguments, **keywords), None
-    while True:
-        try:
-            work = analysis.send(read)
-        except StopIteration as end:
-            return end.value
-        read = run(work)
+def answered(work: Work, n_jobs: int | None = None) -> Read:
+    """Have work done by whoever drives the analysis; where nobody does, in memory by `n_jobs` processes."""
+    run = _run.get()
+    return in_memory(n_jobs, work) if run is None else driven(partial(run, work), None)
 
 
-def divided(steps: Callable[P, Steps]) -> Callable[P, xr.Dataset]:
-    """Make an analysis whose work is done by `n_jobs` worker processes; `steps` is kept as an attribute."""
+def driven(call: Callable[[], T], run: Callable[[Work], Read] | None) -> T:
+    """Call an analysis whose work is done by `run`; that of analyses in its cells is none of it."""
+    before = _run.set(run)
+    try:
+        return call()
+    finally:
+        _run.reset(before)
 
-    @wraps(steps)
-    def analysis(*arguments: P.args, **keywords: P.kwargs) -> xr.Dataset:
-        return driven(steps, partial(in_memory, keywords.get("n_jobs")), *arguments, **keywords)
 
-    analysis.steps = steps  # type: ignore[attr-defined]
-    analysis.__annotations__ = steps.__annotations__ | {"return": "xr.Dataset"}
-    analysis.__signature__ = signature(steps).replace(return_annotation="xr.Dataset")  # type: ignore[attr-defined]
-    return analysis
+class _HandedOut(BaseException):
+    """Ends an analysis of which only the first work is wanted."""
+
+
+def first_work(call: Callable[[], Any]) -> Work | None:
+    """The first work of an analysis, which goes no further; None where it has none."""
+
+    def taken(work: Work) -> Read:
+        raise _HandedOut(work)
+
+    try:
+        driven(call, taken)
+    except _HandedOut as end:
+        return end.args[0]
+    return None
 
 
 def growing(analysis: F) -> F:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial, wraps
-from inspect import Parameter, Signature, isgeneratorfunction, signature
+from inspect import Parameter, Signature, signature
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar
 
 import numpy as np
@@ -61,8 +61,6 @@ _PLANE = "a table of two coordinates, each a rising list of numbers or a table o
 def analysis(*rules: Rule, **more: Any) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Make a function an analysis: its signature checks each call, its `progress` is called as time passes.
 
-    The progress of a generator function is called by whoever drives it: `cells.divided` goes around this.
-
     Parameters
     ----------
     *rules, **more
@@ -70,9 +68,9 @@ def analysis(*rules: Rule, **more: Any) -> Callable[[Callable[P, T]], Callable[P
     """
 
     def decorated(function: Callable[P, T]) -> Callable[P, T]:
-        whole = _signed_at_its_end(function) if isgeneratorfunction(function) else _signed(reported(function))
         before = partial(_as_meant, "period" in signature(function).parameters)
-        return checked(*rules, _turns_as_driven(function), before=before, after=_warned, **more)(whole)
+        check = checked(*rules, _turns_as_driven(function), before=before, after=_warned, **more)
+        return check(_signed(reported(function)))
 
     return decorated
 
@@ -82,26 +80,14 @@ def _signed(function: Callable[P, T]) -> Callable[P, T]:
 
     @wraps(function)
     def call(*values: P.args, **keywords: P.kwargs) -> T:
-        return _with_origin(function(*values, **keywords), keywords)
+        made, mechanism = function(*values, **keywords), keywords.get("mechanism")
+        # into the dataset itself, since a copy takes as long as a tenth of a short call
+        made.attrs["source"] = f"jointplay {version('jointplay')}"
+        made.attrs |= {"mechanism": mechanism.model_dump_json()} if mechanism is not None else {}
+        made.attrs |= {"rtol": keywords["rtol"]} if "rtol" in keywords else {}
+        return made
 
     return call
-
-
-def _signed_at_its_end(function: Callable[P, T]) -> Callable[P, T]:
-    @wraps(function)
-    def call(*values: P.args, **keywords: P.kwargs) -> T:
-        return _with_origin((yield from function(*values, **keywords)), keywords)
-
-    return call
-
-
-def _with_origin(made: T, keywords: dict[str, Any]) -> T:
-    """The dataset itself, since a copy takes as long as a tenth of a short call."""
-    mechanism = keywords.get("mechanism")
-    made.attrs["source"] = f"jointplay {version('jointplay')}"
-    made.attrs |= {"mechanism": mechanism.model_dump_json()} if mechanism is not None else {}
-    made.attrs |= {"rtol": keywords["rtol"]} if "rtol" in keywords else {}
-    return made
 
 
 def _as_meant(closes: bool, given: dict[str, Any]) -> dict[str, Any]:

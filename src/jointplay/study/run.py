@@ -15,7 +15,8 @@ from functools import partial
 from inspect import signature
 from typing import TYPE_CHECKING
 
-from jointplay.analysis.cells import DIGITS, Beside, Cell, Read, Steps, Work, driven, in_memory, warm
+from jointplay.analysis import cells
+from jointplay.analysis.cells import DIGITS, Beside, Cell, Read, Work, answered, driven, in_memory, warm
 from jointplay.analysis.exponents.frame_growth import Stretch, followed_together
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.sweeps import gather
@@ -28,6 +29,7 @@ from jointplay.jobs.pool import check_jobs
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.method.codes import Status
 from jointplay.solver.motion.ensemble_runs import in_lanes
+from jointplay.solver.motion.looks import reported
 from jointplay.solver.motion.trajectory import Request
 from jointplay.study.file import Loaded
 from jointplay.study.models import Study, SweepStudy
@@ -72,57 +74,59 @@ def computed(
     """Dataset of a study without provenance; `run_work` runs its cells."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)  # the result says it too, and the command repeats that
-        if (steps := _steps(record)) is not None:
-            return driven(steps, run_work, progress=progress)
-        return record.row.function(record.mechanism, **record.keywords(), progress=progress)
+        return driven(partial(_analysis(record), progress=progress), run_work)
 
 
-def _steps(record: Study) -> Callable[..., Steps] | None:
-    """The generator that hands out the cells of a study; None where it has none."""
-    if record.vary and not isinstance(record, SweepStudy):
-        return partial(_vary_steps, record)
-    steps = getattr(record.row.function, "steps", None)
-    if steps is None or getattr(record.analysis, "plane", ()) is None:  # a plane of starts is left out
-        return None
-    return partial(steps, record.mechanism, **record.keywords())
+def _analysis(record: Study) -> Callable[..., xr.Dataset]:
+    """The analysis of a study, of which `progress` is left open."""
+    if _varies(record):
+        return partial(_varied, record)
+    return partial(record.row.function, record.mechanism, **record.keywords())
+
+
+def _varies(record: Study) -> bool:
+    """Whether the cells of a study are those of a `[vary]`, and not its analysis's own."""
+    return bool(record.vary) and not isinstance(record, SweepStudy)
 
 
 def has_cells(record: Study) -> bool:
     """Whether a study is divided into cells, each of which is kept when it is finished."""
-    return _steps(record) is not None
+    inside = "n_jobs" in signature(record.row.function).parameters
+    return _varies(record) or (inside and getattr(record.analysis, "plane", ()) is not None)
 
 
 def grows(record: Study) -> bool:
     """Whether later cells of a study follow from the answers of its first ones."""
-    inside = not record.vary or isinstance(record, SweepStudy)
-    return inside and getattr(record.row.function, "growing", False)
+    return not _varies(record) and getattr(record.row.function, "growing", False)
 
 
 def first_work(record: Study) -> Work:
     """The first cells that a study hands out; `InputError` where it has none."""
-    if (steps := _steps(record)) is None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)
+        work = cells.first_work(_analysis(record)) if has_cells(record) else None
+    if work is None:
         expected = (
             "a study with cells is accepted: with [vary], over a plane of starts, or of the paper as a whole"
         )
         raise InputError([Problem("study", record.name, f"{expected}; this is one analysis")])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)
-        return next(steps())
+    return work
 
 
-def _vary_steps(record: Study, progress: Callable[[float], None] | None = None) -> Steps:
+@reported
+def _varied(record: Study, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
     """Hand out the cells of a `[vary]`, and stack their datasets."""
     grid, single = points(record.mechanism, record.vary), record.model_copy(update={"vary": {}, "figure": {}})
     together = _together(record, grid.changes)
     keys = [_key(record, change, together) for change in grid.changes]
-    cells = [
+    each = [
         Cell(answer, {"record": single, "changes": change}, key)
         for change, key in zip(grid.changes, keys, strict=True)
     ]
-    size = -(-len(cells) // groups(len(cells), TOGETHER)) if together else 1
-    jobs = [Beside(tuple(cells[at : at + size])) for at in range(0, len(cells), size)] if together else cells
+    size = -(-len(each) // groups(len(each), TOGETHER)) if together else 1
+    jobs = [Beside(tuple(each[at : at + size])) for at in range(0, len(each), size)] if together else each
     shape = dict(zip(grid.dims, grid.shape, strict=True))
-    read = yield Work(jobs, shape, progress, partial(compile_for, record, grid.changes, together))
+    read = answered(Work(jobs, shape, progress, partial(compile_for, record, grid.changes, together)))
     return gather.dataset(record.kind, grid, keys, read)
 
 

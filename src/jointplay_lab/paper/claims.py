@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.cells import handed_out, warm
 from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
 from jointplay.analysis.labels import coded, number
 from jointplay.analysis.quantities import STATUS
@@ -51,7 +51,6 @@ MOTION = {  # over panel and start
 }
 
 
-@divided
 @analysis(printed_fits)
 def claims(
     mechanism: Moving | None = None,
@@ -64,7 +63,7 @@ def claims(
     max_steps: Natural | None = None,
     n_jobs: Natural | None = None,
     progress: Progress = None,
-) -> Steps:
+) -> xr.Dataset:
     """Compute what the paper's conclusions speak of, and grade them.
 
     Parameters
@@ -120,8 +119,9 @@ def claims(
     ]
     warm(assemble(one["mechanism"]) for one in histories)
     warm(assemble(one["mechanism"], None, quantity(CrankAngle(), one["mechanism"])) for one in motions)
-    cells = [("peaks", one) for one in histories] + [("character", one) for one in motions]
-    answers = yield from handed_out(cell, [{"kind": kind, "keywords": one} for kind, one in cells], progress)
+    cells = [{"kind": "peaks", "keywords": one} for one in histories]
+    cells += [{"kind": "character", "keywords": one} for one in motions]
+    answers = handed_out(cell, cells, progress, n_jobs)
     numbers = _peaks(answers[: len(histories)], ratios) | _motions(answers[len(histories) :])
     return _finished(xr.Dataset(numbers, _coordinates(ratios)))
 

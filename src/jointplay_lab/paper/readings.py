@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.cells import handed_out, warm
 from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
 from jointplay.analysis.labels import coded, column, number
 from jointplay.analysis.quantities import STATUS
@@ -60,7 +60,6 @@ def unknown_names(panels: Sequence[str], readings: Sequence[str]) -> list[Proble
     ]
 
 
-@divided
 @analysis(printed_fits, unknown_names)
 def readings(
     mechanism: Moving | None = None,
@@ -75,7 +74,7 @@ def readings(
     max_steps: Natural | None = None,
     n_jobs: Natural | None = None,
     progress: Progress = None,
-) -> Steps:
+) -> xr.Dataset:
     """Compute every panel of Figure 12 under every reading.
 
     Parameters
@@ -122,7 +121,7 @@ def readings(
         for r in readings
     ]
     warm(_scenes(cells))
-    answers = yield from handed_out(cell, cells, progress)
+    answers = handed_out(cell, cells, progress, n_jobs)
     return _dataset(list(panels), list(readings), answers)
 
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.cells import handed_out, warm
 from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.solver.mechanism import catalog
@@ -25,6 +25,9 @@ from jointplay_lab.stress.scenes import FOUR_BARS, VARIANTS, Case, draw, not_dra
 from jointplay_lab.stress.stress_dataset import dataset
 from jointplay_lab.stress.verdict import CAUSES, VERDICTS, disagreement, judge
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 TIGHTER = 1e-2  # tolerance of the second run, relative to the first's
 PATIENCE = 4  # steps that the second run may take, relative to the first's
 GROWING = 2  # likewise with differences, relative to that without
@@ -32,7 +35,6 @@ TURNS, MAX_STEPS, LISTED = 2, 100_000, 10
 LOOKED = 500  # scenes that are looked through for structures to compile
 
 
-@divided
 @analysis(not_drawable, unknown_variants)
 def stress(
     mechanism: Moving | None = None,
@@ -47,7 +49,7 @@ def stress(
     listed: Natural = LISTED,
     n_jobs: Natural | None = None,
     progress: Progress = None,
-) -> Steps:
+) -> xr.Dataset:
     """Run scenes drawn from wide ranges, each at two tolerances, and judge the first run by the second.
 
     Parameters
@@ -90,7 +92,7 @@ def stress(
     settings = {"seed": seed, "variants": tuple(variants), "turns": turns, "rtol": rtol, "max_steps": limit}
     cells = [{"printed": printed, "number": first + k} | settings for k in range(scenes)]
     _warm(cells)
-    answers = yield from handed_out(cell, cells, progress)
+    answers = handed_out(cell, cells, progress, n_jobs)
     return dataset(printed, range(first, first + scenes), settings, answers, listed)
 
 

@@ -1,6 +1,7 @@
 """Basins of motions that are known to coexist, labels that depend on nothing but the motions, boundaries."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -78,7 +79,7 @@ def test_an_adaptive_plane_follows_starts_where_basins_meet():
         assert work.possible
         return in_memory(1, work)
 
-    found = driven(jp.basins.steps, noted, wells, refine=3, **keywords)
+    found = driven(partial(jp.basins, wells, refine=3, **keywords), noted)
     done = found.computed.values == 1
     assert len(keys) == len({*keys}) > 2
     assert 16 < done.sum() < 0.7 * done.size

@@ -12,15 +12,14 @@ from jointplay.analysis.sweeps.refine import Look, alike
 
 def run(shape, levels, function, told=lambda looks: len(set(looks)) < 2, shuffle=False):
     """The computed points, the map as it stands, the boxes, and the rounds it took."""
-    asked, rounds = refined(shape, levels, told), []
-    try:
-        needed = next(asked)
-        while True:
-            rounds.append(needed)
-            points = reversed(needed) if shuffle else needed
-            needed = asked.send({point: function(*point) for point in points})
-    except StopIteration as end:
-        boxes, computed = end.value
+    rounds = []
+
+    def looked(needed, _):
+        rounds.append(needed)
+        points = reversed(needed) if shuffle else needed
+        return {point: function(*point) for point in points}
+
+    boxes, computed = refined(shape, levels, told, looked)
     place, level = standing(shape, boxes, computed)
     values = np.array([function(*np.unravel_index(at, shape)) for at in place.flat]).reshape(shape)
     return computed, values, level, boxes, rounds
@@ -48,6 +47,20 @@ def test_a_disc_is_found_whole_by_few_points():
             computed[p] for p in itertools.product(*map(range, box.low, np.add(box.high, 1))) if p in computed
         }
         assert len(known) < 2 or not box.parts
+
+
+def test_each_round_tells_half_of_what_was_left():
+    said = []
+
+    def looked(needed, tell):
+        tell(0.0)
+        tell(1.0)
+        return {point: disc(*point) for point in needed}
+
+    refined((65, 49), 4, lambda looks: len(set(looks)) < 2, looked, said.append)
+    ends = [1 - 0.5**n for n in range(len(said) // 2 + 1)]
+    assert said == [end for pair in itertools.pairwise(ends) for end in pair]
+    assert len(said) > 6
 
 
 def test_nothing_depends_on_the_order_of_answers():

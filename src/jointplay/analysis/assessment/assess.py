@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
@@ -19,7 +19,7 @@ from jointplay.analysis.assessment import assess_dataset
 from jointplay.analysis.assessment.edges import SIDES, Search, edges
 from jointplay.analysis.assessment.forces import WORK, forces
 from jointplay.analysis.assessment.settled import LASTING, plan
-from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.cells import handed_out, warm
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Small, Start, analysis
 from jointplay.analysis.labels import labelled, outcome
 from jointplay.analysis.orbits.orbit_request import present
@@ -29,6 +29,9 @@ from jointplay.analysis.vary import axes, units_of
 from jointplay.display.errors import NOTHING, Problem
 from jointplay.solver.mechanism.base import Count, Natural, Number, is_number, unit
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TURNS, TRANSIENT, LYAPUNOV_TURNS, RTOL = 20, 100, 200, 1e-7
 REACH, STEP, ACCURACY, LASTS = 2.0, 0.0025, 1e-3, 0.01
@@ -62,7 +65,6 @@ def _along_fits(mechanism: Mechanism | TestSystem, along: Sequence[str] | None) 
             )
 
 
-@divided
 @analysis(_assessable, _along_fits, rules.start_fits, rules.turns_alike)
 def assess(
     mechanism: Moving,
@@ -80,7 +82,7 @@ def assess(
     max_steps: Natural | None = None,
     n_jobs: Natural | None = None,
     progress: Progress = None,
-) -> Steps:
+) -> xr.Dataset:
     """Assess a linkage with clearance: forces, losses, and how far it is from other motions.
 
     Parameters
@@ -147,7 +149,7 @@ def assess(
     sides = {"mechanism": mechanism, "start": initial, "search": Search(reach, step, accuracy, lasting)}
     cells = [work, work | {"mechanism": ideal, "start": None}]
     cells += [sides | {"key": key, "side": side} for key in keys for side in SIDES]
-    answers = yield from handed_out(answered, [each | {"how": how} for each in cells], progress)
+    answers = handed_out(answered, [each | {"how": how} for each in cells], progress, n_jobs)
     result = assess_dataset.assembled(mechanism, keys, answers)
     told = {
         "preparation": (ready - began, "s", "time to compile or load functions"),

@@ -14,15 +14,15 @@ the region is found with 95 % (the rule of three). Fractions are of the region, 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
 from jointplay.analysis import rules
-from jointplay.analysis.cells import Read, Steps, Work, divided, first_bad, growing, handed_out, warm
+from jointplay.analysis.cells import first_bad, growing, handed_out, warm
 from jointplay.analysis.coexisting import attractors_dataset, passes, special_points
 from jointplay.analysis.coexisting.identity import identities
 from jointplay.analysis.coexisting.region import Region, one_parameter, region_fits
@@ -43,6 +43,9 @@ from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
 from jointplay.solver.motion.ensemble_runs import in_lanes
 from jointplay.solver.motion.looks import part
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 STARTS, TURNS, TRANSIENT, PATIENCE, LYAPUNOV_TURNS = 1000, 64, 100, 4, 100
 TOLERANCE, REACH = 1e-3, 0.2
 ROUNDS = 200  # of carrying, at most
@@ -54,7 +57,6 @@ def _start_fits(varied: Mechanism | TestSystem, initial: Any) -> None:
 
 
 @growing
-@divided
 @analysis(
     one_parameter,
     rules.each_alike,
@@ -88,7 +90,7 @@ def attractors(
     ensemble: Flag | None = None,
     n_jobs: Natural | None = None,
     progress: Progress = None,
-) -> Steps:
+) -> xr.Dataset:
     """Follow the motions that exist beside each other over a parameter, with their fractions of the starts.
 
     Parameters
@@ -165,33 +167,33 @@ def attractors(
     seeds = {"region": region, "joint": joint, "starts": starts, "seed": seed, "observation": observation}
     cells = [shared | seeds | {"changes": each} for each in changes]
     ready = partial(_warm, mechanism, changes, initial, exponents, ensemble)
-    seeded = yield from handed_out(passes.found, cells, tell[0], axis.name, ready)
+    seeded = handed_out(passes.found, cells, tell[0], n_jobs, lasting=axis.name, ready=ready)
     motions, ended = [list(each.get("motions", ())) for each in seeded], list(seeded)
     lands: dict[tuple[int, int, int], int] = {}
     if carry:
         states = [each.get("names", ()) for each in seeded]
         parts = [shared | {"changes": each, "observation": observation} for each in changes]
-        ended += yield from _carried(parts, motions, states, lands, tell[1])
+        ended += _carried(parts, motions, states, lands, tell[1], n_jobs)
     numbers, events, apart = identities(motions, lands, reach)
     places = [(i, n) for i, each in enumerate(motions) for n in range(len(each))]
     cells = [shared | {"changes": changes[i], "motion": motions[i][n], "plan": plan} for i, n in places]
-    answers = yield from handed_out(passes.described, cells, tell[2], "motion", ready)
+    answers = handed_out(passes.described, cells, tell[2], n_jobs, lasting="motion", ready=ready)
     table = attractors_dataset.Table(axis, motions, numbers, apart, seeded, starts)
     found = table.dataset({(i, numbers[i][n]): a for (i, n), a in zip(places, answers, strict=True)}, plan)
     found = found.assign(table.fractions() | table.changes(events))
     if bifurcations:
-        following, branches = yield from _followed(shared, axis, motions, numbers, max_steps)
+        following, branches = _followed(shared, axis, motions, numbers, max_steps, n_jobs)
         found = found.assign(special_points.variables(axis, following, branches, events))
     return found.assign(outcome(first_bad([*ended, *answers]), began))
 
 
-def _followed(shared, axis: Axis, motions, numbers, max_steps: int | None):
+def _followed(shared, axis: Axis, motions, numbers, max_steps: int | None, n_jobs: int | None):
     """Follow periodic motions as orbits: what was followed, and the answers."""
     mechanism, section = shared["mechanism"], passes.section_at(shared["mechanism"], shared["initial"])
     following = special_points.stretches(axis, motions, numbers) if section is not None else []
     more = {"mechanism": mechanism, "parameter": axis.key, "section": section, "max_steps": max_steps}
     cells = [each | more for each in following]
-    return following, (yield from handed_out(special_points.followed, cells, lasting="branch"))
+    return following, handed_out(special_points.followed, cells, n_jobs=n_jobs, lasting="branch")
 
 
 def _warm(mechanism, changes, initial, exponents: bool, ensemble: bool) -> None:
@@ -213,7 +215,8 @@ def _carried(
     states: list[Sequence[str]],
     lands: dict[tuple[int, int, int], int],
     progress: Callable[[float], None] | None,
-) -> Generator[Work, Read, list[Entry]]:
+    n_jobs: int | None,
+) -> list[Entry]:
     """Carry motions to the neighbouring values until nothing new comes up: the answers.
 
     What is new is added to `motions`, and to `lands` where (value, motion, other value) ends there.
@@ -228,7 +231,7 @@ def _carried(
         ]
         if not cells:
             break
-        answers = yield from handed_out(passes.carried, cells, progress, "value")
+        answers = handed_out(passes.carried, cells, progress, n_jobs, lasting="value")
         fresh, ended = [], ended + answers
         for (j, sources), answer in zip(into, answers, strict=True):
             before = len(motions[j])

@@ -17,13 +17,13 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
 from jointplay.analysis import rules
-from jointplay.analysis.cells import Steps, divided, first_bad, growing, handed_out, warm
+from jointplay.analysis.cells import first_bad, growing, handed_out, warm
 from jointplay.analysis.coexisting import passes, tipping_dataset
 from jointplay.analysis.coexisting.edge import Boundary, edge_state
 from jointplay.analysis.coexisting.knocks import knocks
@@ -47,6 +47,9 @@ from jointplay.solver.mechanism.records import CrankAngle
 from jointplay.solver.motion.ensemble_runs import ensemble_fits, in_lanes
 from jointplay.solver.motion.looks import part
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 STARTS, PHASES, DIRECTIONS, STEPS, EDGE_TURNS = 200, 8, 8, 16, 60
 TURNS, TRANSIENT, PATIENCE, TOLERANCE, RTOL = 64, 100, 4, 1e-3, 1e-8
 SHARES = (0.5, 0.9, 0.99)  # of the smallest knock, after which the time to return is measured
@@ -55,7 +58,6 @@ EDGE_RTOL = 1e-11
 
 
 @growing
-@divided
 @analysis(coordinate_rules, impulses_fit, rules.start_fits, rules.turns_alike, ensemble_fits)
 def tipping(
     mechanism: Moving,
@@ -81,7 +83,7 @@ def tipping(
     ensemble: Flag | None = None,
     progress: Progress = None,
     n_jobs: Natural | None = None,
-) -> Steps:
+) -> xr.Dataset:
     """Find the smallest knocks that throw motions into others, and the states between them.
 
     Parameters
@@ -141,19 +143,18 @@ def tipping(
         warm_tangents(base)
     shared = {"mechanism": mechanism, "initial": initial, "observation": observation}
     seeds = {"region": region, "joint": joint, "starts": starts, "seed": seed}
-    (seeded,) = yield from handed_out(
-        passes.found, [shared | seeds | {"changes": {}}], part(progress, 0.0, 0.3)
-    )
+    cells = [shared | seeds | {"changes": {}}]
+    (seeded,) = handed_out(passes.found, cells, part(progress, 0.0, 0.3), n_jobs)
     motions = list(seeded.get("motions", ()))
     kinds = knocks(base, mechanism, impulses) if len(motions) > 0 else []
     known = [{key: each[key] for key in ("period", "states", "points")} for each in motions]
     cells = [shared | seeds | {"known": known}] if motions else []
-    (times,) = (yield from handed_out(reached, cells, part(progress, 0.3, 0.4))) or [{}]
+    (times,) = handed_out(reached, cells, part(progress, 0.3, 0.4), n_jobs) or [{}]
     places = [(own, k) for own in range(len(motions)) for k in range(len(kinds))] if len(motions) > 1 else []
     search = {"known": known, "largest": largest, "steps": steps, "phases": phases, "directions": directions}
     search |= {"edge_turns": edge_turns if edge else 0, "impulses": impulses}
     cells = [shared | search | {"own": own, "knock": k} for own, k in places]
-    answers = yield from handed_out(knocked, cells, part(progress, 0.4, 1.0))
+    answers = handed_out(knocked, cells, part(progress, 0.4, 1.0), n_jobs)
     table = tipping_dataset.Table(base, motions, seeded, kinds, starts)
     found = dict(zip(places, answers, strict=True))
     variables = table.motions_found(times) | table.knocks_found(found, SHARES) | table.edges_found(found)

@@ -16,13 +16,13 @@ import math
 import time
 from collections.abc import Mapping
 from functools import partial
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from pydantic import Field
 
 from jointplay.analysis import rules
-from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.cells import handed_out, warm
 from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import coded, outcome
 from jointplay.analysis.orbits.section_map import SectionMap
@@ -34,11 +34,14 @@ from jointplay.analysis.states.ends import BAD, Observation, ends, features
 from jointplay.analysis.states.matching import Attractors, match
 from jointplay.analysis.states.start_plane import Starts, axis_values, grid
 from jointplay.analysis.sweeps import quarters
-from jointplay.analysis.sweeps.quarters import Point, in_rounds, standing
+from jointplay.analysis.sweeps.quarters import Point, refined, standing
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.motion.ensemble_runs import ensemble_fits, in_lanes
 from jointplay.solver.motion.ways import WAYS
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TURNS, TRANSIENT, PATIENCE = 64, 100, 4
 TOLERANCE = 1e-3
@@ -49,7 +52,6 @@ FOLLOWED = "how the node's motion was followed"
 BEYOND = 1e-3  # of 1: a multiplier that differs less may be on the unit circle
 
 
-@divided
 @analysis(start_plane.plane_fits, rules.start_fits, rules.turns_alike, ensemble_fits)
 def basins(
     mechanism: Moving,
@@ -69,7 +71,7 @@ def basins(
     ensemble: Flag | None = None,
     progress: Progress = None,
     n_jobs: Natural | None = None,
-) -> Steps:
+) -> xr.Dataset:
     """Find which attractor each start of a plane reaches.
 
     Parameters
@@ -127,11 +129,10 @@ def basins(
     nodes = grid(axes)
     extra, distances = random_pairs(axes, pairs if uncertainty else 0)
     values = np.concatenate([nodes, extra.reshape(-1, 2)])
-    told: dict[str, Any] = {}
     if refine:
-        found = yield from _adaptive(starts, axes, refine, extra, observation, progress, told)
+        found, told = _adaptive(starts, axes, refine, extra, observation, progress, n_jobs)
     else:
-        found = yield from _ended(starts, values, observation, progress)
+        found, told = _ended(starts, values, observation, progress, n_jobs), {}
     status, periods, ways, states = found
     points = [features(starts.model, end) if len(end) else end for end in states]
     sorted_ends, on_saddle = without_saddles(
@@ -155,10 +156,10 @@ def basins(
     return xr.Dataset(variables, coords, {"Conventions": "CF-1.11", "kind": "basins"})
 
 
-def _ended(starts, values, observation, progress, before: int = 0, possible: int = 0):
+def _ended(starts, values, observation, progress, n_jobs, before: int = 0, possible: int = 0):
     """Status, period, way and section states of the motions from starts in the plane."""
     cells = starts.cells(values, BLOCK, observation=observation)
-    answers = yield from handed_out(ends, cells, progress, before=before, possible=possible)
+    answers = handed_out(ends, cells, progress, n_jobs, before=before, possible=possible)
     none = np.zeros((0, len(starts.model.state)))
     answers = start_plane.with_crashed(answers, cells, period=0, followed=0, states=none)
     columns = ("node_status", "period", "followed")
@@ -166,34 +167,34 @@ def _ended(starts, values, observation, progress, before: int = 0, possible: int
     return *rows, [end for each in answers for end in each["states"]]
 
 
-def _adaptive(starts, axes, levels: int, extra, observation, progress, told: dict[str, Any]):
-    """As `_ended`, of all nodes and then of `extra` starts: nodes are followed where others end elsewhere.
+def _adaptive(starts, axes, levels: int, extra, observation, progress, n_jobs):
+    """As `_ended`, of all nodes and then of `extra` starts; what the dataset says of the map.
 
-    `told` takes what the dataset says of the map.
+    Nodes are followed where others end elsewhere.
     """
     shape, nodes, parts = tuple(map(len, axes.values())), grid(axes), []
     more = extra.reshape(-1, 2)
 
-    def answered(points: list[Point], tell):
+    def looked(points: list[Point], tell):
         places = np.array([np.ravel_multi_index(point, shape) for point in points])
         values = np.concatenate([nodes[places], more]) if not parts else nodes[places]
         count = sum(-(-len(each[0]) // BLOCK) for each in parts)
-        parts.append((yield from _ended(starts, values, observation, tell, count, -(-len(nodes) // BLOCK))))
+        possible = -(-len(nodes) // BLOCK)
+        parts.append(_ended(starts, values, observation, tell, n_jobs, count, possible))
         status, periods, _, states = parts[-1]
         seen = [features(starts.model, end) if len(end) else end for end in states]
         return {point: (status[n], periods[n], seen[n]) for n, point in enumerate(points)}
 
     alike = partial(_alike, observation.tolerance)
-    boxes, computed = yield from in_rounds(shape, levels, alike, answered, progress)
+    boxes, computed = refined(shape, levels, alike, looked, progress)
     place, level = standing(shape, boxes, computed)
     first, last = parts[0], len(parts[0][0]) - len(more)
     order = [*computed]  # in the order in which they were computed
     at = {np.ravel_multi_index(point, shape): n + len(more) * (n >= last) for n, point in enumerate(order)}
     rows = [at[int(each)] for each in place.flat] + [*range(last, len(first[0]))]
-    told |= quarters.told(tuple(axes), computed, level)
     columns = [np.concatenate([each[n] for each in parts])[rows] for n in range(3)]
     states = [end for each in parts for end in each[3]]
-    return *columns, [states[row] for row in rows]
+    return (*columns, [states[row] for row in rows]), quarters.told(tuple(axes), computed, level)
 
 
 def _alike(tolerance: float, looks: list[tuple[int, int, np.ndarray]]) -> bool:

@@ -16,14 +16,14 @@ large exponent, and no derivative at the grazing itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from jointplay.analysis import rules
-from jointplay.analysis.cells import Read, Work, handed_out, warm
+from jointplay.analysis.cells import handed_out, warm
 from jointplay.analysis.exponents.growth import Turn
 from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.quantities import STATUS
@@ -44,11 +44,12 @@ def field(
     rtol: float,
     max_steps: int | None = None,
     progress: Callable[[float], None] | None = None,
-) -> Generator[Work, Read, dict[str, Any]]:
+    n_jobs: int | None = None,
+) -> dict[str, Any]:
     """Variables of the exponents over the values along the axes of a plane of starts."""
     warm([starts.model])
     cells = starts.cells(grid(axes), BLOCK, turns=turns, rtol=rtol, max_steps=max_steps)
-    answers = yield from handed_out(exponents, cells, progress)
+    answers = handed_out(exponents, cells, progress, n_jobs)
     answers = with_crashed(answers, cells, growth=math.nan, time=math.nan)
     shape, names = tuple(map(len, axes.values())), ("growth", "time", "node_status")
     columns = (np.concatenate([each[name] for each in answers]).reshape(shape) for name in names)

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from jointplay.analysis import rules
-from jointplay.analysis.cells import Steps, divided
 from jointplay.analysis.exponents.growth import unresolved
 from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Small, Start, analysis
 from jointplay.analysis.labels import outcome
@@ -21,6 +20,9 @@ from jointplay.display.errors import Problem
 from jointplay.solver.mechanism.base import Count, Natural, accepts
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.looks import part
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NEIGHBOURS = 20
 DISTANCE = 1e-9
@@ -54,7 +56,6 @@ def _transient_fits(neighbours: int | None, plane: Any, transient: int) -> Itera
         yield Problem("transient", transient, "0 is accepted without neighbours: a node is a start")
 
 
-@divided
 @analysis(
     _something_to_do,
     _resolved,
@@ -83,7 +84,7 @@ def sensitivity(
     max_steps: Natural | None = None,
     progress: Progress = None,
     n_jobs: Natural | None = None,
-) -> Steps:
+) -> xr.Dataset:
     """Follow a bundle of neighbours of a motion, or exponents over a plane of initial states, or both.
 
     Parameters
@@ -145,7 +146,7 @@ def sensitivity(
     if plane is not None:
         rest = part(progress, 0.5 if bundle.neighbours else 0.0, 1.0)
         starts, axes = Starts(mechanism, initial, tuple(plane), joint), axis_values(plane)
-        variables |= yield from field(starts, axes, turns, rtol, max_steps, rest)
+        variables |= field(starts, axes, turns, rtol, max_steps, rest, n_jobs)
         coords |= starts.axes(axes)
         statuses.append(plane_status(variables["node_status"][1]))
     variables |= outcome(max(statuses), began)

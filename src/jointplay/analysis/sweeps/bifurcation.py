@@ -13,12 +13,12 @@ slowly than the turns dropped shows as no period.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator
 
-from jointplay.analysis.cells import Read, Steps, divided
+from jointplay.analysis.cells import Read, answered
 from jointplay.analysis.exponents import section_exponents
 from jointplay.analysis.keywords import (
     Moving,
@@ -116,7 +116,6 @@ def lanes_fit(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: float
     return ensemble_fits(varied, ensemble, rtol)
 
 
-@divided
 @analysis(
     _over_fits,
     each_alike,
@@ -151,7 +150,7 @@ def bifurcation(
     ensemble: Flag | None = None,
     n_jobs: Natural | None = None,
     progress: Progress = None,
-) -> Steps:
+) -> xr.Dataset:
     """Describe the motions that a mechanism settles to, over one parameter or two.
 
     Parameters
@@ -234,30 +233,26 @@ def bifurcation(
     InputError
         If anything asked for makes no sense, listing all of it; numerical trouble is a status instead.
     """
-    beside = ("n_jobs", "progress", "refine", "contrast")
-    sweep = planned(**{name: given for name, given in locals().items() if name not in (*beside, "beside")})
+    varied = largest(mechanism, over)
+    plan = Plan(
+        section=section,
+        record=names(record, varied),
+        turns=turns,
+        transient=transient,
+        keep=min(keep, turns),
+        tolerance=tolerance,
+        exponents=exponents,
+        lyapunov_turns=lyapunov_turns,
+        rtol=rtol,
+        max_steps=max_steps,
+        ensemble=ensemble,
+    )
+    begun = (initial,) if starts is None else starts
+    sweep = Sweep(mechanism, checked_axes(mechanism, over), direction, begun, plan)
     if not refine:
-        return assembled(sweep, sweep.keys, (yield sweep.work(progress)))
-    keys, read, variables = yield from adaptive(sweep, refine, contrast, progress)
+        return assembled(sweep, sweep.keys, answered(sweep.work(progress), n_jobs))
+    keys, read, variables = adaptive(sweep, refine, contrast, progress, n_jobs)
     return assembled(sweep, keys, read).assign(variables)
-
-
-def planned(
-    mechanism: Mechanism | TestSystem,
-    *,
-    over: Mapping[str, Sequence[float]],
-    direction: tuple[str, ...],
-    turns: int,
-    keep: int,
-    record: Sequence[str] | None = None,
-    starts: tuple[Any, ...] | None = None,
-    initial: Any = None,
-    **settings: Any,
-) -> Sweep:
-    """Plan the motions to follow, from checked keywords of `bifurcation`."""
-    varied, begun = largest(mechanism, over), (initial,) if starts is None else starts
-    plan = Plan(record=names(record, varied), turns=turns, keep=min(keep, turns), **settings)
-    return Sweep(mechanism, checked_axes(mechanism, over), direction, begun, plan)
 
 
 def names(record: Sequence[str] | None, mechanism: Mechanism | TestSystem) -> tuple[str, ...]:

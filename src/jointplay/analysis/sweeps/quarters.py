@@ -12,7 +12,7 @@ may be.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from itertools import pairwise, product
 from typing import Any, NamedTuple, TypeVar
 
@@ -63,9 +63,13 @@ def coarse(shape: tuple[int, ...], levels: int) -> list[Box]:
 
 
 def refined(
-    shape: tuple[int, ...], levels: int, alike: Callable[[list[Look]], bool]
-) -> Generator[list[Point], dict[Point, Look], tuple[list[Box], dict[Point, Look]]]:
-    """Ask for points, in rounds, until no box has points on it that differ.
+    shape: tuple[int, ...],
+    levels: int,
+    alike: Callable[[list[Look]], bool],
+    looked: Callable[[list[Point], Callable[[float], None] | None], dict[Point, Look]],
+    progress: Callable[[float], None] | None = None,
+) -> tuple[list[Box], dict[Point, Look]]:
+    """Look at points, in rounds, until no box has points on it that differ.
 
     Parameters
     ----------
@@ -75,44 +79,25 @@ def refined(
         How often the coarsest boxes can be halved.
     alike : callable
         Whether points with these looks may stand for each other.
-
-    Yields
-    ------
-    list of tuple
-        Points whose looks are needed, in the grid's order; they are to be sent.
+    looked : callable
+        Gives the looks of some points, in the grid's order, and is to tell how far it is.
+    progress : callable, optional
+        Called with the fraction done; how many rounds there will be is unknown.
 
     Returns
     -------
     boxes, looks
         The boxes that are left, in the grid's order, and the looks of all points that were computed.
     """
-    boxes, looks = coarse(shape, levels), {}
+    boxes, looks, left = coarse(shape, levels), {}, 1.0
     while needed := sorted({corner for box in boxes for corner in box.corners} - looks.keys()):
-        looks |= yield needed
+        looks |= looked(needed, part(progress, 1 - left, 1 - left / 2))
+        left /= 2
         table = np.empty(shape, dtype=object)
         for point, look in looks.items():
             table[point] = look
         boxes = [part for box in boxes for part in _halved(box, table, alike)]
     return boxes, looks
-
-
-def in_rounds(
-    shape: tuple[int, ...],
-    levels: int,
-    alike: Callable[[list[Look]], bool],
-    answered: Callable[[list[Point], Callable[[float], None]], Generator[Any, Any, dict[Point, Look]]],
-    progress: Callable[[float], None] | None,
-) -> Generator[Any, Any, tuple[list[Box], dict[Point, Look]]]:
-    """Do what `refined` asks for by `answered`, which hands out the work of some points."""
-    asked, rounds = refined(shape, levels, alike), 0
-    needed = next(asked)
-    while True:
-        first, last = (1 - 2.0 ** -(rounds + by) for by in (0, 1))  # how many rounds there will be is unknown
-        looks = yield from answered(needed, part(progress, first, last))
-        try:
-            needed, rounds = asked.send(looks), rounds + 1
-        except StopIteration as end:
-            return end.value
 
 
 def told(dims: tuple[str, ...], computed: dict[Point, Look], level: np.ndarray) -> dict[str, Any]:

@@ -8,7 +8,7 @@ journal of the one is of use to the other.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import chain, combinations
 from math import hypot, isfinite
@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jointplay.analysis.cells import Read, Work
+from jointplay.analysis.cells import Read, Work, answered
 from jointplay.analysis.sweeps.chains import BLOCK, TOGETHER, Chain, Sweep
-from jointplay.analysis.sweeps.quarters import Point, in_rounds, standing, told
+from jointplay.analysis.sweeps.quarters import Point, refined, standing, told
 from jointplay.display.errors import Problem
 from jointplay.jobs.job import Entry
 
@@ -72,8 +72,8 @@ def alike(contrast: float) -> Callable[[list[tuple[Look, ...]]], bool]:
 
 
 def adaptive(
-    sweep: Sweep, levels: int, contrast: float, progress: Callable[[float], None] | None
-) -> Generator[Work, Read, tuple[list[str], Read, dict[str, Any]]]:
+    sweep: Sweep, levels: int, contrast: float, progress: Callable[[float], None] | None, n_jobs: int | None
+) -> tuple[list[str], Read, dict[str, Any]]:
     """Hand out the points of an adaptive map.
 
     Returns
@@ -84,14 +84,15 @@ def adaptive(
     """
     shape, keys, reads = sweep.shape[: len(sweep.axes)], np.reshape(sweep.keys, sweep.shape), []
 
-    def answered(points: list[Point], tell: Callable[[float], None]):
+    def looked(points: list[Point], tell: Callable[[float], None] | None) -> dict[Point, tuple[Look, ...]]:
         wanted = {key for point in points for key in keys[point].flat}
         size = {"of the grid, in this round": len(wanted)}
-        reads.append((yield Work(_jobs(sweep, wanted), size, tell, sweep.warm, possible=sweep.keys)))
+        work = Work(_jobs(sweep, wanted), size, tell, sweep.warm, possible=sweep.keys)
+        reads.append(answered(work, n_jobs))
         seen = {key: look(answer) for key, answer in reads[-1]()}
         return {point: tuple(seen[key] for key in keys[point].flat) for point in points}
 
-    boxes, computed = yield from in_rounds(shape, levels, alike(contrast), answered, progress)
+    boxes, computed = refined(shape, levels, alike(contrast), looked, progress)
     place, level = standing(shape, boxes, computed)
     own = keys.reshape(-1, *keys.shape[len(shape) :])[place]
     dims = tuple(axis.name for axis in sweep.axes)

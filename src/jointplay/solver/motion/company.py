@@ -1,86 +1,31 @@
 """Calls side by side: each as if it were alone, and the motions that all of them wait for followed at once.
 
 An analysis asks for its motions one after another, from anywhere in its code. Beside others it runs in a
-thread, one at a time and always in the same order: where it asks for a motion it waits, its thread with it,
-and the next one goes on in another. When none can go on, the motions are followed together (`side_by_side`),
-as by an ensemble. Calls that ask for nothing share a thread.
+greenlet, which has a stack and a context of its own, in the thread of its caller: where it asks for a motion
+it waits, and the next one goes on, always in the same order. When none can go on, the motions are followed
+together (`side_by_side`), as by an ensemble.
 """
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextvars import Context, ContextVar
-from queue import SimpleQueue
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
+
+from greenlet import getcurrent, greenlet
 
 T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., Any])
 Question = tuple[Any, ...]
 
 
-class _DroppedError(BaseException):
-    """Ends a call whose answer nobody waits for any more."""
-
-
-class _Seat(threading.Thread):
-    """Makes calls one after the other, until one asks; what that waits for.
-
-    `left` numbers calls that nobody has begun; by these numbers, results and errors are kept.
-    """
-
-    def __init__(self, left: Iterator[tuple[int, Callable[[], Any]]], results: dict, errors: dict):
-        super().__init__(daemon=True)
-        self.left, self.results, self.errors = left, results, errors
-        self.question: Question | None = None
-        self.asked = self.dropped = False
-        self.mine, self.others = SimpleQueue(), SimpleQueue()  # faster than semaphores
-        self.start()
-
-    def run(self) -> None:
-        """Call, once it is its turn."""
-        self.mine.get()
-        while not (self.asked or self.dropped) and (each := next(self.left, None)):
-            number, call = each
-            try:
-                self.results[number] = Context().run(self._called, call)
-            except _DroppedError:
-                pass
-            except BaseException as error:
-                self.errors[number] = error
-        self.others.put(None)
-
-    def _called(self, call: Callable[[], Any]) -> Any:
-        _seat.set(self)
-        return call()
-
-    def ask(self, question: Question) -> Any:
-        """Wait for an answer, while others go on."""
-        self.question, self.asked = question, True
-        self.others.put(None)
-        answer = self.mine.get()
-        if self.dropped:
-            raise _DroppedError
-        return answer
-
-    def go_on(self, answer: Any = None) -> None:
-        """Give it its turn, until it asks, or has ended."""
-        self.question = None
-        self.mine.put(answer)
-        self.others.get()
-
-    def drop(self) -> None:
-        """Let it end."""
-        self.dropped = True
-        self.mine.put(None)
-
-
-_seat: ContextVar[_Seat | None] = ContextVar("seat", default=None)
+class _Seat(greenlet):
+    """A call beside others: switched to, it goes on to its next question or its result, and gives that."""
 
 
 def asked(*question: Any) -> Any:
     """The answer to a question that a call beside others asks; None where it is alone."""
-    return None if (seat := _seat.get()) is None else seat.ask(question)
+    here = getcurrent()
+    return here.parent.switch(question) if isinstance(here, _Seat) else None
 
 
 def beside(**wanted: Any) -> Callable[[F], F]:
@@ -97,7 +42,7 @@ def in_company(
     asked: bool | None, call: Callable[[], T], answers: Callable[[list[Question]], Sequence[Any]]
 ) -> T:
     """Call; where it is `asked` for, as if others were beside it."""
-    alone = not asked or _seat.get() is not None
+    alone = not asked or isinstance(getcurrent(), _Seat)
     return call() if alone else side_by_side([call], answers)[0]
 
 
@@ -114,20 +59,16 @@ def side_by_side(
     Raises
     ------
     BaseException
-        What the first call raised that raised anything.
+        The first that a call or `answers` raised; calls that wait still end where they wait.
     """
-    left, results, errors, seats = iter(enumerate(calls)), {}, {}, []
+    seats = [_Seat(call) for call in calls]
     try:
-        while not seats or seats[-1].asked:
-            seats.append(_Seat(left, results, errors))
-            seats[-1].go_on()
-        while waiting := [seat for seat in seats if seat.question is not None]:
-            found = answers([seat.question for seat in waiting])
-            for seat, answer in zip(waiting, found, strict=True):
-                seat.go_on(answer)
+        said = [seat.switch() for seat in seats]  # questions, and results in the end
+        while waiting := [number for number, seat in enumerate(seats) if not seat.dead]:
+            found = answers([said[number] for number in waiting])
+            for number, answer in zip(waiting, found, strict=True):
+                said[number] = seats[number].switch(answer)
+        return said
     finally:
         for seat in seats:
-            seat.drop()
-    if errors:
-        raise errors[min(errors)]
-    return [results[number] for number in range(len(calls))]
+            seat.throw()

@@ -66,8 +66,7 @@ def reported(analysis: Callable[P, T]) -> Callable[P, T]:
     @wraps(analysis)
     def call(*arguments, progress: bool | Callable[[float], None] | None = None, **keywords):
         if isinstance(progress, bool):
-            name = next(each.__name__ for each in (*arguments[:1], analysis) if hasattr(each, "__name__"))
-            with asked_for(progress, name) as told:
+            with asked_for(progress, analysis.__name__) as told:
                 return call(*arguments, progress=told, **keywords)
         if not callable(progress):  # None, or what the analysis refuses
             return analysis(*arguments, progress=progress, **keywords)
