@@ -21,6 +21,7 @@ from jointplay.analysis.quantities import EVENTS
 from jointplay.solver.mechanism.parts.friction import Friction
 from jointplay.solver.motion.trajectory import Request, follow
 from tests.support.belt import LAWS, REGULARISED, STICKING, belt, ratio
+from tests.support.tangent_map import tangent_map
 
 M, K, V, N = 2.0, 50.0, 0.1, 20.0
 KINKED = ("ramp", "ambrosio", "threlfall")
@@ -195,7 +196,7 @@ def test_tangents_through_zero_speed(name, speed):
     start = (limit - 0.08, 0.05) if speed else (0.25, 0.03)
     duration = 1.2 if speed else 1.0
     model = belt(LAWS[name], start, V=speed)
-    exact, scale, kinds = tangents.tangent_map(model, duration, 1e-13), tangents.scales(model), set()
+    exact, scale, kinds = tangent_map(model, duration, 1e-13), tangents.scales(model), set()
 
     def quotient(size):
         columns = []

@@ -12,6 +12,7 @@ from jointplay import catalog
 from jointplay.analysis import tangents
 from jointplay.analysis.starts import placed
 from tests.support.driven_scenes import FOUR_BAR, LAMP, PROFILE, RESTING, RUBBED, SOFT, bent, law, own, pinned
+from tests.support.tangent_map import tangent_map
 
 ROOM = 30.0  # errors of steps, as they are at the end
 SCENES = {  # mechanism, first part and whole in turns
@@ -44,7 +45,7 @@ def test_two_halves_are_the_whole(name, rtol):
     assert second.end_state.state.values.tolist() == whole.end_state.state.values.tolist()
     model = placed(mechanism, first.end_state.values.tolist())
     scale, n = tangents.scales(model), len(model.state)
-    growth = tangents.tangent_map(model, (turns - part) * model.period) * scale / scale[:, None]
+    growth = tangent_map(model, (turns - part) * model.period) * scale / scale[:, None]
     apart = (second.end_state - whole.end_state).values[:n] / scale
     assert np.linalg.norm(apart) < ROOM * max(rtol, 1e-14) * (1 + np.linalg.norm(growth, 2))
 

@@ -17,6 +17,7 @@ from jointplay.solver.motion.trajectory import Request, follow
 from jointplay.solver.motion.ways import hindrance
 from tests.support.belt import LAWS, LUGRE, belt, ratio
 from tests.support.plain import Point, plain
+from tests.support.tangent_map import tangent_map
 
 M, N = 2.0, 20.0  # of the block
 DAHL = Friction(**LUGRE.model_dump() | {"static_coefficient": 0.3, "bristle_damping": 0.0})
@@ -83,7 +84,7 @@ def test_break_away_takes_less_the_faster_the_load_grows():
 
 def test_tangents_through_zero_speed():
     model = belt(LUGRE, (0.25, 0.03, 0.0), V=0.0)
-    exact, scale = tangents.tangent_map(model, 1.0, 1e-13), tangents.scales(model)
+    exact, scale = tangent_map(model, 1.0, 1e-13), tangents.scales(model)
     columns = []
     for shift in 1e-3 * np.diag(scale):  # of a tenth of it runs' errors show: 1e-14 over 1e-8 of bristles
         ends = [

@@ -19,6 +19,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from tests.support import features
 from tests.support.driven import by_tangents
 from tests.support.features import LEVELS, fits, scene
+from tests.support.tangent_map import tangent_map
 from tests.support.transformations import MIRROR, OTHER, TABLE, factor, scaled
 
 RTOL = 1e-11
@@ -194,13 +195,13 @@ def test_tangents_and_derivatives_are_those_of_every_view(name):
     made = scene(chosen(FEW[name]), 1)
     model = assemble(made.mechanism, made.initial)
     names, by = state_names(model), {"gravity": made.mechanism.gravity}
-    plain = tangents.tangent_map(model, made.duration, 1e-11)
+    plain = tangent_map(model, made.duration, 1e-11)
     slope = by_tangents(made.mechanism, by, made.duration, made.initial)[0, : len(names)]
     for key, view in STATES_OF["remembering"]:
         mechanism, initial = view.inputs(made.mechanism, made.initial)
         other = assemble(mechanism, initial)
         S = np.array([view.states(each) for each in names])
-        M = tangents.tangent_map(other, made.duration * view.time, 1e-11)
+        M = tangent_map(other, made.duration * view.time, 1e-11)
         unit = tangents.scales(other)
         wanted = S[:, None] * plain / S
         assert off_maps(M * unit / unit[:, None], wanted * unit / unit[:, None]) < 1e-6, key

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.tangents import scales, tangent_map
+from jointplay.analysis.tangents import scales
 from jointplay.solver.equations.laws import FACTORS
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
@@ -20,6 +20,7 @@ from jointplay.solver.method.codes import Event
 from jointplay.solver.motion.trajectory import Request, follow
 from tests.method.test_tangent import differences, distance, scaled
 from tests.support.plain import Point, plain
+from tests.support.tangent_map import tangent_map
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
 import laws as page

@@ -7,12 +7,12 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis import tangents
 from jointplay.analysis.quantities import EVENTS
 from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.method.memory import LOGGED
 from jointplay.solver.motion.trajectory import Request, functions, memory
+from tests.support.tangent_map import tangent_map
 
 from .exact_maps import TAU, bounce, distinct, rattle
 from .test_imposed_impacts import four_bar
@@ -146,10 +146,10 @@ def test_what_rests_every_period_repeats_exactly():
 def test_the_tangent_map_through_a_rest_is_zero():
     model = assemble(catalog.impact_pair(0.2, 0.6), (0.0, 0.29))
     rest = next(e[0] for e in rattle(0.2, 0.6, (0.0, 0.0, 0.29), TAU) if e[2] == "rest")
-    before, after = (tangents.tangent_map(model, rest + shift) for shift in (-1e-3, 1e-3))
+    before, after = (tangent_map(model, rest + shift) for shift in (-1e-3, 1e-3))
     assert np.abs(before).max() > 1e-6
     assert not after.any()
-    assert not tangents.tangent_map(model, rest + 2 * math.pi).any()
+    assert not tangent_map(model, rest + 2 * math.pi).any()
 
 
 @pytest.fixture
@@ -177,7 +177,7 @@ def test_a_part_that_goes_on_moving(coupled):
     released = tight.event_time[tight.event_kind == SEPARATION].values
     until = rest + 0.5 * (min([*released[released > rest], rest + 1.0]) - rest)
     model, h = assemble(coupled), 1e-5
-    found = tangents.tangent_map(model, until, 1e-12)
+    found = tangent_map(model, until, 1e-12)
     assert np.linalg.matrix_rank(found, 1e-9) == 2
 
     def end(state):

@@ -11,10 +11,10 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import jointplay as jp
-from jointplay.analysis import tangents
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.method.codes import Status
 from jointplay.study.file import load
+from tests.support.tangent_map import tangent_map
 
 STUDIES = Path(__file__).parents[2] / "studies" / "own"
 TAU = 2 * math.pi
@@ -55,7 +55,7 @@ def test_relief_valve_loses_its_steady_state_where_its_eigenvalues_say():
         state, values = steady(flow)
         there = valve.replace(flow=flow)
         assert states(there, [1.0], initial=state)[0] == pytest.approx(state, abs=1e-12)
-        found = np.linalg.eigvals(tangents.tangent_map(assemble(there, state), 2.0, 1e-11))
+        found = np.linalg.eigvals(tangent_map(assemble(there, state), 2.0, 1e-11))
         assert sorted(abs(found)) == pytest.approx(sorted(abs(np.exp(2 * values))), abs=1e-8)
     spread = []
     for flow in (hopf + 0.3, hopf - 0.3):
@@ -159,7 +159,7 @@ def test_buck_converter_against_its_exact_pieces():
 def test_clocks_of_the_buck_converter_lose_nothing_in_its_tangents():
     model = assemble(system("buck_converter"))
     until, h = 3.3 * 4e-4, 1e-5
-    found = tangents.tangent_map(model, until, 1e-12)
+    found = tangent_map(model, until, 1e-12)
     columns = []
     for d in h * np.diag([1.0, 1.0, 0.1]):
         ends = [
@@ -182,7 +182,7 @@ def test_chua_rests_and_grows_as_its_eigenvalues_say():
         A = np.array([[-9.0 * (1 + slope), 9.0, 0.0], [1.0, -1.0, 1.0], [0.0, -beta, 0.0]])
         assert x == pytest.approx(1.5)
         assert states(chua, [1.0], initial=state)[0] == pytest.approx(state, abs=1e-10)
-        found = tangents.tangent_map(assemble(chua, state), 0.7, 1e-11)
+        found = tangent_map(assemble(chua, state), 0.7, 1e-11)
         assert found == pytest.approx(expm(0.7 * A), abs=1e-7)
 
 
@@ -204,7 +204,7 @@ def test_rimless_wheel_comes_to_its_speed():
     times = events(wheel, 60.0, "impact", initial=(slope - half, steady))
     step = times[0]
     assert np.diff(times) == pytest.approx(step, abs=1e-8)
-    values = np.linalg.eigvals(tangents.tangent_map(model, 5 * step, 1e-12))
+    values = np.linalg.eigvals(tangent_map(model, 5 * step, 1e-12))
     assert sorted(abs(values)) == pytest.approx([c**10, 1.0], abs=1e-6)
 
 
@@ -291,7 +291,7 @@ def test_buck_with_idle_times_against_its_exact_pieces():
     assert found.state_value.values[0] == pytest.approx([*x, 1.0, 0.0, 0.0, 1.0], abs=1e-9)
     times = np.sort([*ends, *(np.arange(cycles) * T + on), *(np.arange(1, cycles) * T)])
     assert found.event_time.values == pytest.approx(times, abs=1e-16)
-    mapped = tangents.tangent_map(assemble(buck), T * (1 - 1e-12), 1e-12)
+    mapped = tangent_map(assemble(buck), T * (1 - 1e-12), 1e-12)
     assert mapped[:2, :2] == pytest.approx(jumps[0], abs=1e-8)
 
 

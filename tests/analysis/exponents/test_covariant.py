@@ -13,6 +13,7 @@ from jointplay.analysis.exponents.covariant_vectors import angles_between
 from jointplay.analysis.exponents.participation import Participation
 from jointplay.analysis.starts import state_names
 from jointplay.solver.mechanism.assemble import assemble
+from tests.support.tangent_map import tangent_map
 
 LOOSE = {"clearance": 2.9e-4, "gear_ratio": 3.0}
 
@@ -25,7 +26,7 @@ def carried(mechanism, found, count, points, rtol=1e-13):
     for at in range(points):
         V, after = (found["covariant_vector"].values[i].T[:, :count] for i in (at, at + 1))
         here = replace(model, state=found["section_state"].values[at])
-        M = tangents.tangent_map(here, times[at + 1] - times[at], rtol)
+        M = tangent_map(here, times[at + 1] - times[at], rtol)
         image = (M * scale / scale[:, None]) @ V
         lengths = np.linalg.norm(image, axis=0)
         worst = max(worst, angles_between(image / lengths, after).max())

@@ -7,9 +7,9 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis import tangents
 from jointplay.solver.mechanism.assemble import assemble
 from tests.analysis.exact_maps import TAU, Symmetric
+from tests.support.tangent_map import tangent_map
 
 CHAOS = {  # system, keywords, exponents and their errors; published ones are rounded
     "lorenz": (catalog.lorenz(), {"duration": 1500, "transient": 50}, [0.9056, 0, -14.5723], 1e-4),
@@ -110,7 +110,7 @@ def test_symmetric_motion_by_its_monodromy(gap):
     motion = Symmetric(gap, 0.8)
     trace, determinant = motion.half_map
     model = assemble(catalog.impact_pair(gap, 0.8), motion.at_zero)
-    found = np.sort(np.abs(np.linalg.eigvals(tangents.tangent_map(model, TAU, rtol=1e-13))))
+    found = np.sort(np.abs(np.linalg.eigvals(tangent_map(model, TAU, rtol=1e-13))))
     expected = np.sort(np.abs(np.roots([1, -trace, determinant])) ** 2)
     assert found == pytest.approx(expected, abs=1e-10)
     mean = jp.lyapunov(catalog.impact_pair(gap, 0.8), exponents=2, turns=500, initial=motion.at_zero)

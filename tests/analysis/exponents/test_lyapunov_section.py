@@ -18,6 +18,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.records import CrankAngle
 from jointplay.solver.motion.trajectory import Request
 from tests.support.driven_scenes import pinned
+from tests.support.tangent_map import tangent_map
 
 LOOSE = {"clearance": 2.9e-4, "gear_ratio": 3.0}
 TIGHT = {"clearance": 2.9e-5, "gear_ratio": 3.0}
@@ -51,7 +52,7 @@ def map_derivative(mechanism, turn, state):
     """Derivative of a linkage's section map in units of its scales, the next section point, the time."""
     after, time, status = turn(state)
     assert status == 0
-    M = tangents.tangent_map(replace(turn.model, state=state), time, turn.rtol)
+    M = tangent_map(replace(turn.model, state=state), time, turn.rtol)
     F, crank = rate(mechanism, turn.model, after), turn.crank
     P = M - np.outer(F, M[crank]) / F[crank]
     free = [i for i in range(len(state)) if i != crank]
@@ -67,7 +68,7 @@ def test_map_and_flow_of_a_forced_system():
     Q = (frame(2, size) / size).T
     flow = jp.lyapunov(system, exponents="all", turns=turns, initial=tuple(state), rtol=1e-12)
     for _ in range(turns):
-        M = tangents.tangent_map(replace(turn.model, state=state), turn.model.period, 1e-12)
+        M = tangent_map(replace(turn.model, state=state), turn.model.period, 1e-12)
         Q, R = np.linalg.qr(M * size / size[:, None] @ Q)
         logs += np.log(np.abs(np.diag(R)))
         state = turn(state)[0]
@@ -103,7 +104,7 @@ def test_multipliers_of_a_periodic_motion(changes):
     state = turn(turn.model.state, 60)[0]
     P, after, time = map_derivative(mechanism, turn, state)
     assert after == pytest.approx(state, rel=1e-8)
-    M = tangents.tangent_map(replace(turn.model, state=state), time, 1e-12)
+    M = tangent_map(replace(turn.model, state=state), time, 1e-12)
     whole, section = (np.sort(np.abs(np.linalg.eigvals(each)))[::-1] for each in (M, P))
     assert whole[0] == pytest.approx(1.0, abs=1e-6)
     assert section[:2] == pytest.approx(whole[1:3], rel=1e-4)

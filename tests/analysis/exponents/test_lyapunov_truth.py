@@ -8,11 +8,11 @@ from scipy.linalg import expm
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis import tangents
 from jointplay.analysis.quantities import EVENTS
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.method.tangents.frame import orthonormalise
 from tests.analysis.exact_maps import TAU, Symmetric, distinct, strobed, symmetry_lost
+from tests.support.tangent_map import tangent_map
 
 GEAR = {"mean_load": 0.1, "amplitude": 0.2, "damping": 0.05}
 
@@ -57,9 +57,7 @@ def test_half_period_map(gap, restitution):
     """Half a period on, the motion is its mirror image: minus the tangent map has the closed form's roots."""
     exact = Symmetric(gap, restitution)
     trace, determinant = exact.half_map
-    half = -tangents.tangent_map(
-        assemble(catalog.impact_pair(gap, restitution), exact.at_zero), math.pi, 1e-13
-    )
+    half = -tangent_map(assemble(catalog.impact_pair(gap, restitution), exact.at_zero), math.pi, 1e-13)
     assert np.trace(half) == pytest.approx(trace, abs=1e-12)
     assert np.linalg.det(half) == pytest.approx(determinant, abs=1e-12)
     expected = np.sort_complex(np.roots([1, -trace, determinant]))
@@ -74,7 +72,7 @@ def test_a_root_crosses_at_the_limits(restitution):
         (Symmetric(1.0, restitution).fold * (1 - 1e-12), 1.0, 1e-5),
     ):
         model = assemble(catalog.impact_pair(gap, restitution), Symmetric(gap, restitution).at_zero)
-        roots = np.linalg.eigvals(-tangents.tangent_map(model, math.pi, 1e-13))
+        roots = np.linalg.eigvals(-tangent_map(model, math.pi, 1e-13))
         assert np.abs(roots - root).min() < h
 
 
@@ -95,7 +93,7 @@ def settled(system, turns, **start):
 def monodromy(system, place, periods):
     """Exponents of a periodic motion from its multipliers, the largest first."""
     duration = periods * system.period
-    multipliers = np.abs(np.linalg.eigvals(tangents.tangent_map(assemble(system, place), duration, 1e-12)))
+    multipliers = np.abs(np.linalg.eigvals(tangent_map(assemble(system, place), duration, 1e-12)))
     return np.sort(np.log(multipliers) / duration)[::-1]
 
 
@@ -140,7 +138,7 @@ def jump(system, start, kind):
     place = [EVENTS[each] for each in events.event_kind.values].index(kind)
     edges = np.r_[0.0, times]
     before, after = (edges[place] + edges[place + 1]) / 2, (times[place] + times[place + 1]) / 2
-    maps = [tangents.tangent_map(assemble(system, start), end, 1e-13) for end in (before, after)]
+    maps = [tangent_map(assemble(system, start), end, 1e-13) for end in (before, after)]
     free, touching = np.array([[0.0, 1], [0, 0]]), np.array([[0.0, 1], [-K, -C]])
     first, second = (free, touching) if kind == "contact" else (touching, free)
     across = maps[1] @ np.linalg.inv(maps[0])
