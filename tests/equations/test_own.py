@@ -78,7 +78,8 @@ def test_any_text_is_an_expression_or_is_refused(text):
     with suppress(InputError):
         number(text, dict.fromkeys(tree.names, 1.5))
     writer = own._Writer(Oscillator((), ("x",), tuple(sorted(tree.names - {"x", "t"})), ("x",)))
-    writer.moving(text)
+    with suppress(InputError):  # what has no finite real value, such as 0/0
+        writer.moving(text)
 
 
 def test_expressions_of_sympy_are_text_to_the_last_bit():
