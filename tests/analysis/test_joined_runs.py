@@ -71,3 +71,14 @@ def test_an_end_from_which_no_start_goes_on_alike_is_none(mechanism, duration):
     assert np.isnan(found.end_state.values).all()
     with pytest.raises(jp.InputError, match="got nan"):
         jp.simulate(mechanism, duration=1.0, initial=found.end_state)
+
+
+def test_outputs_beside_the_states_are_no_part_of_it():
+    own = jp.System(
+        states={"x": 1.0, "v": 0.0}, rates={"x": "v", "v": "-x"}, outputs={"energy": "(x**2 + v**2)/2"}
+    )
+    first = jp.simulate(own, duration=1.0, rtol=1e-10)
+    assert first.state_value.state.values.tolist() == ["x", "v", "energy"]
+    assert first.end_state.end.values.tolist() == ["x", "v"]
+    second = jp.simulate(own, duration=0.5, rtol=1e-10, initial=first.end_state)
+    assert second.end_state.values == pytest.approx([np.cos(1.5), -np.sin(1.5)], abs=1e-9)

@@ -169,8 +169,9 @@ def simulate(
     -------
     xarray.Dataset
         Quantities over ``time``, events over ``event``, section points over ``turn``, ``end_state`` over
-        ``state`` (where the motion ends, as `initial` takes it; NaN where one that starts there would go on
-        otherwise, since time counts, or a switch is as none starts), and ``status``. Of the
+        ``state``, or over ``end`` where a system has outputs beside its states (where the motion ends, as
+        `initial` takes it; NaN where one that starts there would go on otherwise, since time counts, or a
+        switch is as none starts), and ``status``. Of the
         whole time after the transient, or of the windows, whatever is sampled: ``recorded_time`` (s),
         ``contacts_begun``, ``contact_fraction`` of joints, and largest sizes of the forces that are recorded,
         as ``largest_force`` (N; normal and tangential force together), or of the first quantity. Beyond 2700
@@ -259,10 +260,14 @@ def _dataset(
         cut = rates.quantities(model, rtol, records, points)
         variables |= described({"section_time": ("turn", cut.time, "s", "time of the section point")})
         variables |= cut.variables(names, "turn", prefix="section_")
-    variables |= labelled({"end_state": (end_state(model, records), "1", END)}, "state")
+    whole = whole_names(model)
+    states = (
+        "state" if model.links or whole == model.states else "end"
+    )  # outputs of a system stand beside them
+    variables |= labelled({"end_state": (end_state(model, records), "1", END)}, states)
     coords = described({"time": ("time", history.time, "s", "time")})
-    if model.links:
-        coords["state"] = "state", np.array(whole_names(model), dtype=str), {"long_name": "state"}
+    if model.links or states == "end":
+        coords[states] = states, np.array(whole, dtype=str), {"long_name": "state"}
     deepest = history if not len(records.samples) else Quantities(model, records.samples, records.start)
     return dataset(model, variables, coords, "response", **beyond_the_model(deepest))
 
