@@ -85,7 +85,7 @@ def further(mechanism: str, source: Path) -> float:
 
 def wheel(tree: Path, folder: Path) -> Path | None:
     """Folder into which the wheel of a tree is installed, below a new folder; None if it brings no loops."""
-    if not (tree / "src" / "jointplay" / "codegen" / "prebuilt.py").exists():
+    if not (tree / "src" / "jointplay" / "solver" / "codegen" / "prebuilt.py").exists():
         return None
     built = folder / "tree"
     shutil.copytree(tree / "src", built / "src", ignore=shutil.ignore_patterns("__pycache__"))
