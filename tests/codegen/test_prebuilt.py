@@ -125,6 +125,7 @@ def test_a_wheel_brings_the_loops_and_runs_without_a_compiler(tmp_path):
     if not prebuilt._suits():
         pytest.skip("this processor cannot run it")
     installed = wheel(Path(__file__).parents[2], tmp_path / "made")
+    assert installed, "the benchmark does not find what compiles the loops"
     changes = {"PYTHONPATH": str(installed), "JOINTPLAY_CACHE": str(tmp_path / "cache")}
     done = subprocess.run(
         [sys.executable, "-c", ALONE], env=os.environ | changes, cwd=tmp_path, capture_output=True, text=True

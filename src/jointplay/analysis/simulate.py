@@ -261,9 +261,8 @@ def _dataset(
         variables |= described({"section_time": ("turn", cut.time, "s", "time of the section point")})
         variables |= cut.variables(names, "turn", prefix="section_")
     whole = whole_names(model)
-    states = (
-        "state" if model.links or whole == model.states else "end"
-    )  # outputs of a system stand beside them
+    # outputs of a system stand beside its states
+    states = "state" if model.links or whole == model.states else "end"
     variables |= labelled({"end_state": (end_state(model, records), "1", END)}, states)
     coords = described({"time": ("time", history.time, "s", "time")})
     if model.links or states == "end":
