@@ -53,27 +53,16 @@ if (jointplay.data.cells) {
     jointplay.say(at.join(", "));
   }
 
-  function span(series) {
-    const there = series.filter(Number.isFinite);
-    const [low, high] = there.reduce(([a, b], v) => [Math.min(a, v), Math.max(b, v)], [Infinity, -Infinity]);
-    const room = 0.06 * (high - low) || 0.02 * Math.abs(high) || 1;
-    return there.length ? { start: low - room, end: high + room } : { start: 0, end: 1 };
-  }
-
   function showCurves() {
     curves.forEach((curve, c) => {
-      const found = { x: [], y: [], colour: [] };
-      ways.forEach((_, way) => {
-        for (let i = flat(way) * curve.size; i < (flat(way) + 1) * curve.size; i += 1) {
-          found.x.push(curve.x[i]);
-          found.y.push(curve.y[i]);
-          found.colour.push(colours[way % colours.length]);
-        }
-        if (charts[c].joined) ["x", "y", "colour"].forEach((key) => found[key].push(key === "colour" ? colours[0] : NaN));
+      const parts = ways.map((_, way) => [curve.x, curve.y].map((all) => all.subarray(flat(way) * curve.size, (flat(way) + 1) * curve.size)));
+      const [xs, ys] = [0, 1].map((axis) => parts.flatMap((part) => [...part[axis]]));
+      const drawn = plots.chart(element("cell-chart" + c), { x: plots.span(xs), y: plots.span(ys), xLabel: charts[c].x_label, yLabel: charts[c].y_label });
+      parts.forEach(([x, y], way) => {
+        const colour = colours[way % colours.length];
+        if (charts[c].joined) plots.line(drawn, x, y, colour);
+        else plots.dots(drawn, x, y, x.length, colour, 3);
       });
-      jointplay.model("cell" + c).data = found;
-      jointplay.model("cell-chart" + c).x_range.setv(span(found.x));
-      jointplay.model("cell-chart" + c).y_range.setv(span(found.y));
     });
   }
 
@@ -81,7 +70,7 @@ if (jointplay.data.cells) {
     data.panels.forEach((panel, number) => {
       panel.over.forEach((name, axis) => {
         const k = parameters.findIndex((each) => each.name === name);
-        if (k >= 0) jointplay.model("mark" + number + "xy"[axis]).setv({ location: parameters[k].values[place[k]], visible: true });
+        if (k >= 0) jointplay.charts.mark(number, axis, parameters[k].values[place[k]]);
       });
     });
   }

@@ -26,7 +26,7 @@ if (jointplay.data.motion) {
     slider.value = frame;
     element("moment").textContent = `${(1e3 * time[frame]).toFixed(2)} ms, ${(time[frame] / period).toFixed(3)} turns`;
     data.panels.forEach((panel, number) => {
-      if (panel.over[0] === "time") jointplay.model("mark" + number + "x").setv({ location: time[frame] * panel.factors[0], visible: true });
+      if (panel.over[0] === "time") jointplay.charts.mark(number, 0, time[frame] * panel.factors[0]);
     });
   }
 

@@ -1,4 +1,4 @@
-"""The HTML of a page: Bokeh's charts, the page's own script and style, and the data, in one text."""
+"""The HTML of a page: pictures, the page's own script and style, and the data, in one text."""
 
 from __future__ import annotations
 
@@ -6,119 +6,45 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from bokeh.document import Document
-from bokeh.embed import components
-from bokeh.events import DocumentReady, RangesUpdate, Reset, Tap
-from bokeh.models import ColumnDataSource, CustomJS, Range1d, Span
-from bokeh.plotting import figure as new_chart
-from bokeh.resources import Resources
-
 from jointplay.display.units import measure
 from jointplay.study.results.summary import Summary
-from jointplay_page import live, panels, sweep_points, template, texts, thin
-
-SELECTED = "#d55e00"
+from jointplay_page import charts, live, sweep_points, template, texts
 
 
 def html(content: Any, answer: Summary, *still: Path) -> str:
     """Return the page of a `report.Content` with its answer and still pictures."""
-    made = charts(content)
-    detail = cell_charts(content.cells["charts"]) if content.cells else []
-    script, divs, library = embedded([*(panel.chart for _, panel in made), *detail])
+    known = [*sweep_points.parameters(content.dataset), *(["time"] if content.motion else [])]
     data = {"cells": content.cells, "motion": content.motion, "live": content.live}
-    data["panels"] = [{"over": panel.over, "factors": panel.factors} for _, panel in made]
-    seen = "".join(map(template.picture, still))
+    data["panels"] = [
+        panel | {"picture": number}
+        for number, figure in enumerate(content.figures.values())
+        for panel in charts.panels(figure, content.dataset, known)
+    ]
     return template.filled(
         str(content.dataset.attrs.get("title") or answer.title),
         data,
         kind=escape(answer.title),
         answer=escape("\n".join(answer.lines)),
-        still=seen,
+        still="".join(map(template.picture, still)),
         live=live.section(content.live) if content.live else "",
-        shown=sections(made, divs) if made else seen,
-        cell=cell_section(content, divs[len(made) :]),
+        shown="".join(map(section, range(len(content.svgs)), content.svgs, content.svgs.values())),
+        cell=cell_section(content),
         motion=motion_section(content),
         numbers=texts.numbers(content.dataset, sweep_points.parameters(content.dataset)),
         origin=texts.origin(content.origin),
-        library=library,
-        charts=script,
     )
 
 
-def embedded(charts: list[Any]) -> tuple[str, tuple[str, ...], str]:
-    """Return the script that draws charts and begins the page, their places, and the library they need."""
-    if not charts:
-        return template.START, (), ""
-    document = Document()
-    for chart in charts:
-        document.add_root(chart)
-    document.js_on_event(DocumentReady, CustomJS(code="jointplay.start()"))
-    script, divs = components(charts)
-    return script, divs, Resources(mode="inline", components=["bokeh"]).render_js()
+def section(number: int, kind: str, svg: str) -> str:
+    """Return a picture with its heading, and the places of what a pointer is at and of the way back."""
+    head = escape(kind.replace("_", " ").capitalize())
+    svg = svg.replace("<svg ", f'<svg role="img" aria-label="{head}" ', 1)
+    back = f'<button type="button" id="whole{number}" hidden>Whole picture</button>'
+    return f"""<section><h2>{head}</h2><div class="picture" id="picture{number}">{svg}</div>
+<p class="note reading"><span id="at{number}">&nbsp;</span>{back}</p></section>"""
 
 
-def charts(content: Any) -> list[tuple[str, panels.Panel]]:
-    """Return the live charts, each with the kind of its figure, and let them tell the page what is done."""
-    known = [*sweep_points.parameters(content.dataset), *(["time"] if content.motion else [])]
-    most = thin.limit(thin.sizes(content.figures.values()))
-    found: list[tuple[str, panels.Panel]] = []
-    for kind, figure in content.figures.items():
-        made = panels.panels(figure, content.dataset, known, len(found), most)
-        found += [(kind, panel) for panel in made]
-    for number, (_, panel) in enumerate(found):
-        ready(panel, number)
-    return found
-
-
-def ready(panel: panels.Panel, number: int) -> None:
-    """Let a chart tell of clicks and changed ranges, and give it the lines of what is selected."""
-    panel.chart.js_on_event(Tap, CustomJS(code=f"jointplay.tapped({number}, cb_obj.x, cb_obj.y)"))
-    for event in (RangesUpdate, Reset):
-        panel.chart.js_on_event(event, CustomJS(code="jointplay.zoomed()"))
-    for which, over, dimension in zip("xy", panel.over, ("height", "width"), strict=True):
-        if over:
-            look = {"line_color": SELECTED, "line_width": 1.5, "visible": False, "location": 0}
-            panel.chart.add_layout(Span(name=f"mark{number}{which}", dimension=dimension, **look))
-
-
-def cell_charts(given: list[dict[str, Any]]) -> list[Any]:
-    """Return the charts of a selected cell, empty."""
-    found = []
-    for number, one in enumerate(given):
-        chart = new_chart(
-            height=300,
-            sizing_mode="stretch_width",
-            tools=panels.TOOLS,
-            name=f"cell-chart{number}",
-            x_range=Range1d(0, 1),
-            y_range=Range1d(0, 1),
-            x_axis_label=one["x_label"],
-            y_axis_label=one["y_label"],
-        )
-        chart.toolbar.logo = None
-        source = ColumnDataSource({"x": [], "y": [], "colour": []}, name=f"cell{number}")
-        if one["joined"]:
-            chart.line("x", "y", source=source)
-        else:
-            chart.scatter("x", "y", color="colour", size=3, source=source)
-        found.append(chart)
-    return found
-
-
-def sections(live: list[tuple[str, panels.Panel]], divs: tuple[str, ...]) -> str:
-    """Return the charts, those of a figure on one grid, with notes of what they leave out."""
-    found = []
-    for kind in dict.fromkeys(kind for kind, _ in live):
-        pairs = [(panel, div) for (other, panel), div in zip(live, divs, strict=False) if other == kind]
-        boxes = (f'<div class="chart" style="grid-column: span {p.columns}">{div}</div>' for p, div in pairs)
-        notes = dict.fromkeys(note for panel, _ in pairs for note in panel.notes)
-        said = f'<p class="note">{escape("; ".join(notes))}.</p>' if notes else ""
-        head = escape(kind.replace("_", " ").capitalize())
-        found.append(f'<section><h2>{head}</h2><div class="charts">{"".join(boxes)}</div>{said}</section>')
-    return "".join(found)
-
-
-def cell_section(content: Any, divs: tuple[str, ...]) -> str:
+def cell_section(content: Any) -> str:
     """Return the place where a selected cell is shown."""
     if not content.cells:
         return ""
@@ -127,7 +53,11 @@ def cell_section(content: Any, divs: tuple[str, ...]) -> str:
     if {"up", "down"} & {word for way in content.cells["ways"] for word in way.split()}:
         words += ", from the study's own start: upward and downward, each began where its neighbour ended"
     again = f"<p>{words}:</p>{texts.copied('cell-command', '')}"
-    boxes = "".join(f'<div class="chart" style="grid-column: span 6">{div}</div>' for div in divs)
+    labels = (escape(f"{one['y_label']} over {one['x_label']}") for one in content.cells["charts"])
+    boxes = "".join(
+        f'<figure><canvas id="cell-chart{number}" role="img" aria-label="{label}"></canvas></figure>'
+        for number, label in enumerate(labels)
+    )
     sliders = "".join(
         f'<label>{escape(each["title"])} <input id="slider{k}" type="range" min="0" value="0" '
         f'max="{len(each["values"]) - 1}"></label>'
@@ -137,7 +67,7 @@ def cell_section(content: Any, divs: tuple[str, ...]) -> str:
 <p class="note">A click in a diagram, the arrow keys or a slider select a point, which is shown below.</p>
 <div class="controls">{sliders}</div>
 <section id="cell" hidden><h2 id="cell-title"></h2>
-<div class="wide"><table id="cell-numbers"></table></div><div class="charts">{boxes}</div>
+<div class="wide"><table id="cell-numbers"></table></div><div class="plots">{boxes}</div>
 <p class="note">{escape(content.cells["note"])}</p>{motion}{again if runs else ""}</section>"""
 
 

@@ -21,13 +21,13 @@ const plots = (() => {
     return found.filter((each) => each >= low && each <= high);
   }
 
-  function text(value) {
-    const short = Number(value.toPrecision(4));
+  function text(value, digits = 4) {
+    const short = Number(value.toPrecision(digits));
     const size = Math.abs(short);
     if (size === 0 || (size >= 1e-4 && size < 1e6)) return String(short).replace("-", "−");
-    const [digits, power] = short.toExponential().split("e");
+    const [mantissa, power] = short.toExponential().split("e");
     const raised = [...power.replace("+", "")].map((each) => (each === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[each])).join("");
-    return `${digits}·10${raised}`.replace("-", "−");
+    return `${mantissa}·10${raised}`.replace("-", "−");
   }
 
   // Ends of an axis that holds all values, with a little room; never empty.
@@ -107,7 +107,13 @@ const plots = (() => {
       pen.strokeStyle = stage.colour(colour);
       pen.lineWidth = width;
       pen.beginPath();
-      for (let i = 0; i < xs.length; i += 1) pen.lineTo(view.px(xs[i]), view.py(ys[i]));
+      let begun = false; // what is not finite is a gap
+      for (let i = 0; i < xs.length; i += 1) {
+        const there = Number.isFinite(xs[i]) && Number.isFinite(ys[i]);
+        if (there && begun) pen.lineTo(view.px(xs[i]), view.py(ys[i]));
+        else if (there) pen.moveTo(view.px(xs[i]), view.py(ys[i]));
+        begun = there;
+      }
       pen.stroke();
     });
   }
@@ -126,5 +132,5 @@ const plots = (() => {
     pen.strokeRect(at, top, 0, bottom - top);
   }
 
-  return { chart, clipped, dots, line, span, square, text, upright };
+  return { chart, clipped, dots, line, scaled, span, square, text, upright };
 })();

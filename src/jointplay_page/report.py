@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,10 +23,10 @@ from jointplay.study.mechanism_table import build_mechanism
 from jointplay.study.results import provenance
 from jointplay.study.results.store import check_writable, write_figure
 from jointplay.study.results.summary import summary
-from jointplay_page import live, moving, sweep_points, thin
+from jointplay_page import charts, live, moving, page, sweep_points
 
 MOST = 5  # figures of a page
-NEEDS = "a page of a result needs the package bokeh: pip install 'jointplay[report]'"
+ROOM = 1_800_000  # bytes of all numbers of a page: in base64, with pictures and solver, less than 5 MB
 
 
 @dataclass(frozen=True)
@@ -42,6 +41,8 @@ class Content:
         Its provenance; empty where it has none.
     figures : dict of str to Figure
         Pictures by their kinds, the study's own first.
+    svgs : dict of str to str
+        The same as elements of the page.
     cells, motion, live : dict or None
         Of a sweep; of a response; what the page needs to compute by itself.
     note : str
@@ -51,6 +52,7 @@ class Content:
     dataset: Dataset
     origin: dict[str, Any]
     figures: dict[str, Any]
+    svgs: dict[str, str]
     cells: dict[str, Any] | None
     motion: dict[str, Any] | None
     live: dict[str, Any] | None
@@ -85,7 +87,7 @@ def report(
     Raises
     ------
     InputError
-        When the dataset is no result, or the extra ``report`` (bokeh), which results need, is not installed.
+        When the dataset is no result.
 
     Examples
     --------
@@ -100,8 +102,6 @@ def report(
     if isinstance(dataset, Mechanism | TestSystem):
         check_writable(path.parent, files=[path.name])
         return [written(path, live.page(dataset))]
-    if find_spec("bokeh") is None:
-        raise refuse(str(path), NEEDS, "report")
     with of_a_result(dataset):
         return _report(dataset, path, mechanism)
 
@@ -111,8 +111,6 @@ def _report(dataset: Dataset, path: Path, mechanism: Mechanism | None) -> list[P
     answer, content = summary(dataset), content_of(dataset, mechanism)
     picture = path.with_name(f"{path.stem}_report.png")  # NAME.png is the figure of the run
     check_writable(path.parent, files=[path.name, picture.name])
-    from jointplay_page import page  # bokeh takes a second to import
-
     first = list(content.figures.values())[:1]
     still = [write_figure(each, picture) for each in first]
     return [written(path, page.html(content, answer, *still)), *still]
@@ -135,9 +133,10 @@ def content_of(dataset: Dataset, mechanism: Mechanism | None) -> Content:
     swept = amid(mechanism, dataset, list(study.get("vary") or {})) if mechanism else None
     computing, why = live.live(swept, sweep_points.parameters(dataset)) if swept else (None, "")
     drawn, trouble = pictures(dataset)
-    found = sweep_points.cells(dataset, study, thin.room(drawn.values()))
+    svgs = {kind: charts.svg(figure, f"f{number}") for number, (kind, figure) in enumerate(drawn.items())}
+    found = sweep_points.cells(dataset, study, max(0, ROOM - sum(map(len, svgs.values()))))
     notes = " ".join(filter(None, (note, trouble, why)))
-    return Content(dataset, origin, drawn, found, motion, computing, notes)
+    return Content(dataset, origin, drawn, svgs, found, motion, computing, notes)
 
 
 def amid(mechanism: Mechanism | TestSystem, dataset: Dataset, keys: list[str]) -> Mechanism | TestSystem:

@@ -15,7 +15,7 @@ from jointplay.display import codes
 from jointplay.display.number_text import raised
 from jointplay.display.units import PLAIN
 from jointplay.figures.drawing import artists, cell_quantity, select, sweep_axes
-from jointplay_page import packed, texts, thin
+from jointplay_page import packed, texts
 
 KEY = re.compile(r"[\w.\[\]-]+")  # of a parameter: others cannot stand in a command
 WORDS = {"period": {"0": "none found", "-1": "not known"}}  # of numbers that are none
@@ -146,7 +146,8 @@ def curves(dataset: Dataset, grid: list[str], stored: int) -> tuple[list[dict[st
     keep = np.arange(size)[-most:] if last else np.unique(np.linspace(0, size - 1, most).astype(int))
     charts = [chart(*pair, keep) | {"joined": not last} for pair in pairs]
     what = "section points" if last else "samples"
-    return charts, thin.told(len(keep), size, f"{what} of each point of the sweep")
+    left = f"{len(keep):,} of {size:,} {what} of each point of the sweep are drawn here"
+    return charts, left if len(keep) < size else ""
 
 
 def pairs_of(dataset: Dataset, dim: str) -> list[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""The frame of a page, which no charting library is needed for: its template, style and scripts."""
+"""The frame of a page: its template, style and scripts."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from typing import Any
 
 from jointplay_page import packed
 
-SCRIPTS = ("page.js", "stage.js", "cells.js", "motion.js")
-LIVE = ("plots.js", "verdict.js", "sliders.js", "pictures.js", "followed.js", "watched.js")
+SCRIPTS = ("page.js", "stage.js", "plots.js", "charts.js", "cells.js", "motion.js")
+LIVE = ("verdict.js", "sliders.js", "pictures.js", "followed.js", "watched.js")
 LIVE += ("live.js", "diagram.js", "point.js")
-START = "<script>jointplay.start()</script>"
 
 
 def filled(title: str, data: dict[str, Any], **parts: str) -> str:
@@ -29,12 +28,10 @@ def filled(title: str, data: dict[str, Any], **parts: str) -> str:
     **parts : str
         HTML of the template's places; those left out stay empty.
     """
-    empty = dict.fromkeys(("kind", "answer", "still", "shown", "cell", "motion", "live", "library"), "")
+    empty = dict.fromkeys(("kind", "answer", "still", "shown", "cell", "motion", "live"), "")
     scripts = SCRIPTS + (LIVE if data.get("live") else ())
     own_parts = {"style": own("page.css"), "data": packed.text(data), "script": "\n".join(map(own, scripts))}
-    return Template(own("page.html")).substitute(
-        empty | {"title": escape(title), "charts": START} | own_parts | parts
-    )
+    return Template(own("page.html")).substitute(empty | {"title": escape(title)} | own_parts | parts)
 
 
 def own(name: str) -> str:

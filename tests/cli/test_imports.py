@@ -17,7 +17,7 @@ import pytest
 
 QUICKSTART = Path(__file__).parents[2] / "studies" / "quickstart.toml"
 # xarray and fontTools import these wherever they find them; no dependency of ours, so they are not counted
-OPTIONAL = ("dask", "distributed", "lxml", "tornado", "jinja2", "bokeh", "cupy", "sparse")
+OPTIONAL = ("dask", "distributed", "lxml", "tornado", "jinja2", "cupy", "sparse")
 SCRIPT = f"""
 import json, sys
 from pathlib import Path
