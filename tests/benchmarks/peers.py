@@ -12,10 +12,9 @@ from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.motion.trajectory import MAX_STEPS
 from jointplay_lab.precision.contenders import OURS
-from jointplay_lab.precision.measure import Row, contender, measure
 from jointplay_lab.precision.schedule import PEERS, Plan
 from jointplay_lab.precision.truth import Truth
-from jointplay_lab.precision.work_precision import RTOL, TOLERANCES, dataset
+from jointplay_lab.precision.work_precision import RTOL, TOLERANCES, Row, contender, dataset, measure
 
 from .tuned_heyoka import TunedHeyoka
 

@@ -13,7 +13,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import cli
-from jointplay.jobs import cluster
+from jointplay.jobs import pool
 from jointplay.jobs.job import CRASHED
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
@@ -84,7 +84,7 @@ def _stored(text, out):
 
 
 def _on(address, jobs, folder):
-    """What lies in the journal after jobs ran on a cluster, and what was said."""
+    """What lies in the journal after jobs ran on a pool, and what was said."""
     said, journal = [], Journal(folder)
     with journal.held():
         Pool(backend="dask", scheduler=address).run(jobs, journal, said.append)
@@ -99,7 +99,7 @@ def test_a_chain_travels_back_in_pieces_and_is_the_same(scheduler, tmp_path, mon
         write(journal, entries, by)
 
     monkeypatch.setattr(Journal, "write", noted)
-    monkeypatch.setattr(cluster, "LIMIT", 0.0)  # each cell a piece
+    monkeypatch.setattr(pool, "LIMIT", 0.0)  # each cell a piece
     (tmp_path / "pieces").mkdir()
     study = read(CHAINS)
     path = tmp_path / "a.toml"
@@ -112,7 +112,7 @@ def test_a_chain_travels_back_in_pieces_and_is_the_same(scheduler, tmp_path, mon
 
 
 def test_workers_of_other_code_compute_nothing(scheduler, tmp_path, monkeypatch):
-    monkeypatch.setattr(cluster, "code", lambda: "another")
+    monkeypatch.setattr(pool, "code", lambda: "another")
     with pytest.raises(OSError, match=r"another is needed.*same version of jointplay"):
         _on(scheduler, [Deadly("a", 0, str(tmp_path / "log"))], tmp_path / "a.journal")
     assert not Journal(tmp_path / "a.journal").index()
@@ -120,7 +120,7 @@ def test_workers_of_other_code_compute_nothing(scheduler, tmp_path, monkeypatch)
 
 def test_workers_of_several_kinds_of_processors_are_told_once(tmp_path):
     said = []
-    here = cluster.Cluster(None, Journal(tmp_path), said.append)
+    here = pool.Cluster(None, Journal(tmp_path), said.append)
     for kind in ("zen 1", "zen 1", "lake 2", "zen 1"):
         here._note_processor(kind)
     assert len(said) == 1
@@ -169,7 +169,7 @@ class _Taken:
 
 
 def test_an_answer_may_die_with_its_worker_before_it_is_fetched(tmp_path):
-    here = cluster.Cluster(None, Journal(tmp_path), print)
+    here = pool.Cluster(None, Journal(tmp_path), print)
     assert here._taken(_Taken(distributed.scheduler.KilledWorker("task", None, 1))) is None
     with pytest.raises(OSError, match="scheduler was lost"):
         here._taken(_Taken(CancelledError()))
@@ -180,7 +180,7 @@ def test_without_workers_it_waits_and_says_so(tmp_path, monkeypatch):
         raise KeyboardInterrupt
 
     said, journal = [], Journal(tmp_path / "a.journal")
-    monkeypatch.setattr(cluster.Cluster, "_ended", stop)
+    monkeypatch.setattr(pool.Cluster, "_ended", stop)
     with _cluster() as address, journal.held(), pytest.raises(KeyboardInterrupt):
         Pool(backend="dask", scheduler=address).run([Deadly("a", 0, "")], journal, said.append)
     assert said == ["the cluster has no workers; waiting for one"]
@@ -207,6 +207,6 @@ def test_a_scheduler_that_is_not_there_is_wrong_input(tmp_path, capsys, monkeypa
     path = tmp_path / "a.toml"
     path.write_text(CELLS)
     words = ["run", str(path), "--out", str(tmp_path), "--no-figure", "--backend", "dask", "--scheduler"]
-    monkeypatch.setattr(cluster, "PATIENCE", "1s")
+    monkeypatch.setattr(pool, "PATIENCE", "1s")
     assert cli.main([*words, "tcp://127.0.0.1:1"]) == 2
     assert "--scheduler" in capsys.readouterr().err

@@ -11,11 +11,20 @@ from jointplay import catalog
 from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.display.errors import InputError
 from jointplay_lab.paper import claims as module
-from jointplay_lab.paper import response_peaks
-from jointplay_lab.paper.claims import claims, starts
-from jointplay_lab.paper.grades import CLAIMS, GRADES, Ratio, grade, graded
+from jointplay_lab.paper.claims import (
+    CLAIMS,
+    GRADES,
+    Ratio,
+    claims,
+    grade,
+    graded,
+    irregularity,
+    mean,
+    peaks,
+    starts,
+    vibration,
+)
 from jointplay_lab.paper.reading_list import PANELS
-from jointplay_lab.paper.response_peaks import irregularity, mean, peaks, vibration
 
 PRINTED = catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
 
@@ -25,7 +34,7 @@ def brief(monkeypatch):
     """One panel and few turns."""
     monkeypatch.setattr(module, "PANELS", {"b": PANELS["b"]})
     monkeypatch.setattr(module, "STEADY", {"b": 3})
-    monkeypatch.setattr(response_peaks, "DROPPED", 8)
+    monkeypatch.setattr(module, "DROPPED", 8)
 
 
 def run(**options):

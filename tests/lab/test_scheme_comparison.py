@@ -7,7 +7,7 @@ import pytest
 
 import jointplay as jp
 from jointplay_lab.scheme.scheme import Scheme
-from jointplay_lab.scheme.scheme_truth import Case
+from jointplay_lab.scheme.scheme_comparison import Case
 
 ELASTIC = jp.catalog.chunmei2002(gear_ratio=3.0, elastic=("coupler",))
 SHORT = {"steps": [2.5e-5, 1e-5], "tolerances": [1e-4, 1e-7], "repeats": 1}

@@ -20,7 +20,7 @@ from jointplay.study.file import validate
 from jointplay_lab.stress import ranges
 from jointplay_lab.stress.others import ROWS, pairs
 from jointplay_lab.stress.scenes import CORNERS, FOUR_BARS, STARTS, VARIANTS, draw, not_drawable
-from jointplay_lab.stress.stress_dataset import study_text
+from jointplay_lab.stress.stress import study_text
 
 PRINTED = catalog.chunmei2002()
 DRIVES = {"motor", "speed", "torque", "profile", "cycle"}

@@ -8,10 +8,10 @@ import pytest
 import jointplay as jp
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.parts.joints import Friction
-from jointplay_lab.paper.coarse import coarse_section
 from jointplay_lab.paper.fixed_steps import March
+from jointplay_lab.paper.reading_list import coarse_section
 from jointplay_lab.scheme.scheme import Scheme
-from jointplay_lab.scheme.scheme_truth import Case, Truth
+from jointplay_lab.scheme.scheme_comparison import Case, Truth
 
 IDEAL = jp.catalog.chunmei2002(gear_ratio=3.0, clearance=0, elastic=("coupler",), elements=2, order="paper")
 LOOSE = jp.catalog.chunmei2002(gear_ratio=3.0, elastic=("coupler",), elements=2, order="paper")

@@ -6,7 +6,7 @@ defaults and rules come from there. What all kinds share is in `Study`.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from inspect import signature
@@ -25,16 +25,18 @@ from pydantic import (
 from jointplay import figures
 from jointplay.analysis.keywords import doubts
 from jointplay.analysis.own_units import in_own_units
+from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.vary import largest
-from jointplay.display.errors import InputError, Problem, join, refuse
+from jointplay.display.errors import NOTHING, InputError, Problem, join, refuse, unknown
 from jointplay.display.terminal import one_line
-from jointplay.kinds import Kind
+from jointplay.kinds import Kind, load
+from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Record, named
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.mechanism.signature import first
 from jointplay.study import vary_table
-from jointplay.study.fits import figure_problems
 from jointplay.study.mechanism_table import MechanismSchema, build_mechanism
+from jointplay.study.vary_table import Points, points
 
 NAME = r"^\w[\w .+-]*$"
 BYTES = 200  # of a name: file systems take 255, and endings are put to it
@@ -297,3 +299,86 @@ def _place(key: str) -> str:
     if own in ("mechanism", "over"):
         return key if own == "mechanism" else f"{vary_table.ROOT}{rest}"
     return join("integrator" if own in INTEGRATOR else "analysis", key)
+
+
+def figure_problems(
+    row: Kind,
+    mechanism: Mechanism | TestSystem,
+    keywords: Mapping[str, Any],
+    vary: Mapping[str, Any],
+    options: Mapping[str, Any],
+) -> list[Problem]:
+    """Problems of a figure's options that the result cannot satisfy; keywords are right by themselves."""
+    followed = {keywords["parameter"]: keywords["range"]} if "parameter" in keywords else {}
+    grown = largest(mechanism, keywords.get("over", followed))  # by what the analysis varies itself
+    asked = {**keywords, "recorded": _recorded(row, grown, keywords)}
+    suited = _suited(row, grown, keywords, vary)
+    kind = options.get("kind", figures.usual(suited, options, len(keywords.get("over", ()))))
+    if kind not in suited:
+        expected = f"for this {row.name} one of {', '.join(suited) or 'none'} is accepted"
+        problems = [Problem("figure.kind", kind, expected)]
+    elif kind == "sweep":
+        problems = [*_sweep_problems(row, points(mechanism, vary), options, asked)]
+    else:
+        problems = figures.study_problems(kind, options, asked)
+    problems += _unknown_parts(grown, options)
+    events = options.get("events", False)
+    named = [] if isinstance(events, bool) else [events] if isinstance(events, str) else list(events)
+    problems += [unknown("figure.events", e, e, EVENTS, "kind of event") for e in named if e not in EVENTS]
+    return sorted(problems, key=lambda problem: problem.key)
+
+
+def _recorded(
+    row: Kind, mechanism: Mechanism | TestSystem, keywords: Mapping[str, Any]
+) -> tuple[str, ...] | None:
+    """Quantities that `record` asks for, of a test system states too; None if wrong ones, or none can be."""
+    if "record" not in row.function.fields():
+        return None
+    try:
+        names = load(row.recorded)(keywords.get("record"), mechanism)
+    except InputError:
+        return None
+    return names + (assemble(mechanism).states if "state_value" in names else ())
+
+
+def _suited(
+    row: Kind, mechanism: Mechanism | TestSystem, keywords: Mapping[str, Any], vary: Mapping[str, Any]
+) -> list[str]:
+    """Kinds of figure that the result can be drawn as; with `[vary]`, of all cells side by side too."""
+    kinds = [*figures.suited(row), *["sweep"] * (bool(vary) and "over" not in keywords)]
+    if "windows" in row.function.fields() and keywords.get("section"):
+        kinds.append("poincare_section")
+    if isinstance(mechanism, Mechanism) and mechanism.clearance_joints:
+        return kinds
+    return [name for name in kinds if not figures.ABOUT[name].clearance]
+
+
+def _sweep_problems(
+    row: Kind, grid: Points, options: Mapping[str, Any], asked: Mapping[str, Any]
+) -> Iterator[Problem]:
+    """Problems of the options of a figure of all cells."""
+    usual = figures.suited(row)[:1]
+    unnamed = not row.shown or any(figures.study_problems(kind, {"kind": kind}, asked) for kind in usual)
+    if not options.get("quantity") and unnamed:
+        expected = f"the name of a variable is needed: a {row.name} has no usual number here"
+        yield Problem("figure.quantity", options.get("quantity", NOTHING), expected)
+    names = [*grid.dims, *(axis.name for axis in grid.axes if axis.name not in grid.dims)]
+    if (along := options.get("along")) is not None and along not in names:
+        yield unknown("figure.along", along, along, names, "varied parameter")
+
+
+def _unknown_parts(mechanism: Mechanism | TestSystem, options: Mapping[str, Any]) -> Iterator[Problem]:
+    """Problems of a figure's options that name a link or joint that the mechanism does not have."""
+    if not isinstance(mechanism, Mechanism):
+        return
+    parts = {
+        "link": ([link.name for link in mechanism.links], "link"),
+        "joint": (
+            [*dict.fromkeys(mechanism.contacts + mechanism.guides)],
+            "joint with clearance, or prismatic",
+        ),
+        "pin": ([joint.name for joint in mechanism.joints if joint.ideal], "ideal joint"),
+    }
+    for key, (names, what) in parts.items():
+        if key in options and options[key] not in names:
+            yield unknown(f"figure.{key}", options[key], options[key], names, what)

@@ -1,12 +1,34 @@
 """The four conclusions of a paper, graded by stated rules on computed numbers.
 
-The paper is Chunmei, Yang, Ling and Ling, J. Sound Vib. (2002), section 5. Here are the numbers; the rules
-are in `jointplay_lab.paper.grades`.
+The paper is Chunmei, Yang, Ling and Ling, J. Sound Vib. (2002), section 5. First the numbers, then the rules.
+
+Peaks: of each turn of a window the largest value (of deflections also the root mean square) is taken, and
+these are averaged over the turns, with a standard error: an irregular motion has no one peak.
+
+Rules: every conclusion is taken apart into checks. A ratio of two means is above 1 if it exceeds 1 by more
+than `MARGIN` and its error of `ERRORS` standard errors, is not above 1 if it stays below that margin by as
+much, and else is undecided. All decided checks hold: ``reproduced``; some: ``partly``; none: ``not``. Where
+a run failed, or no check is decided: ``undecidable``.
+
+peaks        with rigid links: in every panel and window, joint force and the accelerations of coupler and
+             crank have larger peaks with clearance than with ideal joints
+impacts      an elastic coupler lowers the peak of the joint force wherever there are impacts, at every
+             damping ratio; and with ideal joints, where elasticity acts alone, it raises it
+deflection   a damping ratio of 0.01 instead of 0 lowers the coupler's deflection, largest and root mean
+             square, and its fast part, in both windows, with ideal joints and with clearance; and in steady
+             motion its change from turn to turn
+chaos        some panel is periodic from every start, and every start ends on the same points; some panel is
+             chaotic from every start; and, as section 4.4 has it, those that keep contact are the periodic
+             ones and those that lose it the chaotic ones
+
+What is periodic and what chaotic is decided in `jointplay_lab.paper.character`.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,18 +37,18 @@ import xarray as xr
 from jointplay.analysis.cells import handed_out, warm
 from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
 from jointplay.analysis.labels import coded, number
-from jointplay.analysis.quantities import STATUS
+from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.analysis.rules import quantity
+from jointplay.analysis.simulate import simulate
+from jointplay.display.number_text import plain
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Natural
-from jointplay.solver.mechanism.parts.beam import DampingRatio
+from jointplay.solver.mechanism.parts.beam import DampingRatio, modal
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism
-from jointplay_lab.paper.character import character, variables
-from jointplay_lab.paper.grades import CLAIMS, GRADES, graded
+from jointplay_lab.paper.character import MOTIONS, character, variables
 from jointplay_lab.paper.reading_list import PANELS
 from jointplay_lab.paper.readings import panel_coordinates, printed_fits
-from jointplay_lab.paper.response_peaks import WINDOWS, peaks
 
 DAMPING_RATIOS = (0.0, 0.005, 0.01, 0.02, 0.05)
 JOINTS = ("ideal", "clearance")
@@ -49,6 +71,23 @@ MOTION = {  # over panel and start
     "growth": ("1", "mean logarithm of the growth of a difference in a turn"),
     "growth_standard_error": ("1", "standard error of the growth"),
 }
+GRADES = ("undecidable", "not", "partly", "reproduced")
+CLAIMS = {
+    "peaks": "clearance raises the peaks of acceleration and joint force",
+    "impacts": "elasticity alone raises the joint force, but lowers the impact peaks with clearance",
+    "deflection": "structural damping reduces the deflection and makes it more regular",
+    "chaos": "motion with clearance is partly periodic, partly chaotic and sensitive to the start",
+}
+MARGIN = 0.01  # smaller differences count as none
+REGULAR = 1e-3  # a change from turn to turn below this is none: two of them are equal
+ERRORS = 3
+SAME = 1e-3  # clearances: two starts whose section points lie closer end on the same points
+# Turns; the motor takes up its load in the first 0.005, before the first contact and with ideal joints too
+START_UP = (0.005, 1.0)
+DROPPED = 100  # turns before the steady window: a slow swing of the contact's direction dies over some 50
+INTERVAL = 1e-5  # s between samples: some 30 in one half-wave of the contact force
+WINDOWS = ("start_up", "steady")
+Pair = tuple[float, float]
 
 
 @analysis(printed_fits)
@@ -217,3 +256,302 @@ def _finished(numbers: xr.Dataset) -> xr.Dataset:
         evidence=("claim", list(texts), {"long_name": "the numbers behind the grade"}),
         status=coded((), failed, "ok, or how the first run that failed ended", STATUS),
     ).assign_attrs(Conventions="CF-1.11", kind="claims")
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """Ratios of means with their standard errors, arrays of one shape; NaN: nothing to compare."""
+
+    value: np.ndarray
+    error: np.ndarray
+
+    def above(self) -> np.ndarray:
+        """1 where above 1, 0 where not, NaN where undecided."""
+        low, high = self.value - ERRORS * self.error, self.value + ERRORS * self.error
+        return np.where(low > 1 + MARGIN, 1.0, np.where(high <= 1 + MARGIN, 0.0, np.nan))
+
+    def below(self) -> np.ndarray:
+        """1 where below 1, 0 where not, NaN where undecided."""
+        low, high = self.value - ERRORS * self.error, self.value + ERRORS * self.error
+        return np.where(high < 1 - MARGIN, 1.0, np.where(low >= 1 - MARGIN, 0.0, np.nan))
+
+    def __getitem__(self, rows: np.ndarray) -> Ratio:
+        return Ratio(self.value[rows], self.error[rows])
+
+    def __str__(self) -> str:
+        values = self.value[np.isfinite(self.value)]
+        return f"{plain(values.min(), 3)} to {plain(values.max(), 3)}" if len(values) else "none"
+
+
+def graded(claim: str, numbers: xr.Dataset) -> tuple[str, str]:
+    """Grade of a conclusion (one of `GRADES`) and its evidence in one line."""
+    failed = numbers["motion_status" if claim == "chaos" else "peak_status"].values.any()
+    checks, evidence = _RULES[claim](numbers)
+    return ("undecidable", f"a run failed; {evidence}") if failed else (grade(checks), evidence)
+
+
+def grade(checks: Iterable[float]) -> str:
+    """Grade from checks: 1 holds, 0 does not, NaN is undecided."""
+    decided = np.array([check for check in checks if not np.isnan(check)])
+    if not len(decided):
+        return "undecidable"
+    return "reproduced" if decided.all() else "partly" if decided.any() else "not"
+
+
+def _count(checks: np.ndarray, word: str) -> str:
+    decided = int(np.sum(~np.isnan(checks)))
+    rest = np.size(checks) - decided
+    return f"{int(np.nansum(checks))} of {decided} {word}" + (f", {rest} not told" if rest else "")
+
+
+def _ratio(numbers: xr.Dataset, name: str, over: dict[str, str], under: dict[str, str]) -> Ratio:
+    """Ratios of a quantity between two selections."""
+    (a, b), (da, db) = (
+        [numbers[word].sel(place) for place in (over, under)] for word in (name, f"{name}_error")
+    )
+    if name == "irregularity":
+        a, b = a.clip(min=REGULAR), b.clip(min=REGULAR)
+    relative = np.hypot(*xr.broadcast(da / a, db / b))
+    value, error = xr.broadcast(a / b, relative * (a / b))
+    return Ratio(value.values, error.values)
+
+
+def _graded_peaks(numbers: xr.Dataset) -> tuple[np.ndarray, str]:
+    texts = {"peak_force": "force at B", "peak_coupler_acceleration": "coupler acceleration"}
+    texts |= {"peak_crank_acceleration": "crank acceleration"}
+    rigid = numbers.sel(links="rigid").transpose("window", "panel", ...)
+    parts, checks = [], []
+    for name, text in texts.items():
+        ratio = _ratio(rigid, name, {"joints": "clearance"}, {"joints": "ideal"})
+        rows = (
+            f"{_plain(window)} {', '.join(plain(value, 3) for value in row)}"
+            for window, row in zip(rigid.window.values, ratio.value, strict=True)
+        )
+        parts.append(f"{text} {', '.join(rows)}")
+        checks.append(ratio.above().ravel())
+    values = np.concatenate(checks)
+    panels = ", ".join(map(str, numbers.panel.values))
+    return values, f"clearance over ideal, panels {panels}: {'; '.join(parts)} ({_count(values, 'above 1')})"
+
+
+def _plain(word: str) -> str:
+    return str(word).replace("_", "-")
+
+
+def _graded_impacts(numbers: xr.Dataset) -> tuple[np.ndarray, str]:
+    elastic, checks, parts = {"links": numbers.links.values[1:]}, [], []
+    for joints, text in (("clearance", "with clearance, where there are impacts"), ("ideal", "ideal joints")):
+        for window in numbers.window.values:
+            one = numbers.sel(joints=joints, window=window).transpose("panel", ...)
+            ratio = _ratio(one, "peak_force", elastic, {"links": "rigid"})
+            if joints == "clearance":
+                ratio = ratio[one.impacts.sel(links="rigid").values > 0]
+            checks.append((ratio.below() if joints == "clearance" else ratio.above()).ravel())
+            word = "below 1" if joints == "clearance" else "above 1"
+            parts.append(f"{text}, {_plain(window)} {ratio} ({_count(checks[-1], word)})")
+    return np.concatenate(checks), "peak force, elastic over rigid: " + "; ".join(parts)
+
+
+def _graded_deflection(numbers: xr.Dataset) -> tuple[np.ndarray, str]:
+    free, damped = ({"links": f"elastic {ratio:g}"} for ratio in (0.0, 0.01))
+    texts = {"peak_deflection": "largest", "rms_deflection": "root mean square", "vibration": "fast part"}
+    texts |= {"irregularity": "turn-to-turn change"}
+    checks, parts = [], []
+    for name, text in texts.items():
+        for window in numbers.window.values if name != "irregularity" else ["steady"]:
+            ratio = _ratio(numbers.sel(window=window), name, damped, free)
+            checks.append(ratio.below().ravel())
+            parts.append(f"{text}, {_plain(window)} {ratio} ({_count(checks[-1], 'below 1')})")
+    return np.concatenate(checks), "deflection, damping ratio 0.01 over 0: " + "; ".join(parts)
+
+
+def _graded_chaos(numbers: xr.Dataset) -> tuple[list[float], str]:
+    motion, apart = numbers.motion.values, numbers.distance.values
+    periodic, chaotic = ((motion == MOTIONS.index(word)).all(axis=1) for word in ("periodic", "chaotic"))
+    kept = (numbers.separations.values == 0).all(axis=1)
+    checks = [
+        (periodic & (apart < SAME).all(axis=1)).any(),
+        chaotic.any(),
+        np.where(kept, periodic, chaotic).all(),
+    ]
+    evidence = "; ".join(_in_words(str(panel), numbers.sel(panel=panel)) for panel in numbers.panel.values)
+    return [float(check) for check in checks], evidence
+
+
+def _in_words(name: str, one: xr.Dataset) -> str:
+    words = "/".join(sorted({MOTIONS[code] for code in one.motion.values}))
+    periods = "/".join(str(p) if p else "none" for p in sorted(set(one.period.values.tolist())))
+    error, apart = (plain(float(one[key].max()), 1) for key in ("growth_standard_error", "distance"))
+    return (
+        f"{name} {words}: losses of contact per turn {_span(one.separations)}, period {periods}, growth"
+        f" per turn {_span(one.growth)} (standard error {error}), starts end {apart} clearances apart"
+    )
+
+
+def _span(values: xr.DataArray) -> str:
+    """Smallest and largest of the starts, as one number where they do not differ."""
+    return " to ".join(dict.fromkeys(plain(float(value), 3) for value in (values.min(), values.max())))
+
+
+_RULES = {
+    "peaks": _graded_peaks,
+    "impacts": _graded_impacts,
+    "deflection": _graded_deflection,
+    "chaos": _graded_chaos,
+}
+
+
+def peaks(
+    mechanism: Mechanism,
+    *,
+    joint: str = "B",
+    link: str = "coupler",
+    turns: int = 10,
+    rtol: float = 1e-8,
+    max_steps: int | None = None,
+) -> dict[str, Any]:
+    """Follow a motor-driven linkage and take the peaks of its response.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With a joint, ideal or with clearance, and links coupler and crank.
+    joint, link : str
+        Whose force and whose deflection.
+    turns : int
+        Length of the steady window, turns.
+    rtol : float
+        Relative tolerance of a step.
+    max_steps : int, optional
+        Attempted steps after which the run stops.
+
+    Returns
+    -------
+    dict
+        ``status``; as lists of (mean over the turns, its standard error), one a window: ``peak_force`` (N),
+        ``peak_coupler_acceleration`` and ``peak_crank_acceleration`` (rad/s²), ``impacts`` (1 a turn), and
+        of an elastic link ``peak_deflection``, ``rms_deflection`` (m), ``vibration`` and ``irregularity``
+        (1), the last NaN in the window of one turn. The standard error in a window of one turn is 0.
+    """
+    clear, elastic = mechanism.joint(joint).clearance > 0, mechanism.link(link).elastic
+    force = ["normal_force", "tangential_force"] if clear else ["reaction"]
+    record = ["angle", "angular_acceleration", *force] + ["deflection"] * elastic
+    windows, limits = (START_UP, (DROPPED, DROPPED + turns)), {"rtol": rtol, "max_steps": max_steps}
+    period = math.tau / abs(mechanism.drive.nominal_speed)
+    rate = round(period / INTERVAL)
+    sampled = simulate(mechanism, windows=windows, samples_per_turn=rate, record=record, **limits)
+    # A jump of the contact force shakes the crank for microseconds only: take both sides of every event too
+    own = simulate(mechanism, turns=DROPPED + turns, steps=True, record=record, **limits)
+    if sampled.status or own.status:
+        return {"status": int(sampled.status or own.status)}
+    answer: dict[str, Any] = {"status": 0, "impacts": [_impacts_between(own, window) for window in windows]}
+    for name, of in _quantities(joint, link, elastic).items():
+        sources = [(_turns(found), np.abs(of(found))) for found in (sampled, own)]
+        answer[f"peak_{name}"] = [_peak(sources, window) for window in windows]
+    return answer | (_of_beam(sampled, mechanism, link, windows) if elastic else {})
+
+
+def _quantities(joint: str, link: str, elastic: bool) -> dict[str, Callable[[xr.Dataset], np.ndarray]]:
+    """Functions from a result to the quantities that have peaks, by name."""
+    found: dict[str, Callable[[xr.Dataset], np.ndarray]] = {"force": lambda found: _force(found, joint)}
+    for one in ("coupler", "crank"):
+        found[f"{one}_acceleration"] = lambda found, k=one: found.angular_acceleration.sel(link=k).values
+    return found | ({"deflection": lambda found: found.deflection.sel(link=link).values} if elastic else {})
+
+
+def _force(found: xr.Dataset, joint: str) -> np.ndarray:
+    """Magnitude of the joint's force, N."""
+    if "reaction" in found:
+        return found.reaction.sel(pin=joint).values
+    return np.hypot(*(found[name].sel(joint=joint).values for name in ("normal_force", "tangential_force")))
+
+
+def _turns(found: xr.Dataset) -> np.ndarray:
+    """Times in nominal turns; a sample at the end of a turn belongs to the next."""
+    return found.time.values / float(found.turn_period_nominal) + 1e-9
+
+
+def _each(turns: np.ndarray, window: Pair) -> list[np.ndarray]:
+    """Rows of each turn of a window."""
+    first, last = window
+    whole = range(math.floor(first), round(last))
+    return [np.flatnonzero((turns >= max(n, first)) & (turns < n + 1)) for n in whole]
+
+
+def _peak(sources: list[tuple[np.ndarray, np.ndarray]], window: Pair) -> Pair:
+    """Mean over turns of the largest value that any source holds in a turn, and its standard error."""
+    each = [[value[rows].max() for rows in _each(turns, window)] for turns, value in sources]
+    return mean(np.max(each, axis=0))
+
+
+def mean(values: np.ndarray) -> Pair:
+    """Mean and standard error, 0 for a single value."""
+    values = np.asarray(values)
+    error = values.std(ddof=1) / math.sqrt(len(values)) if len(values) > 1 else 0.0
+    return float(values.mean()), float(error)
+
+
+def rms(value: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(value**2)))
+
+
+def _impacts_between(found: xr.Dataset, window: Pair) -> Pair:
+    """Contacts begun per turn; without an error, as it only says whether there are any."""
+    contacts = found.event_time.values[found.event_kind.values == EVENTS.index("contact")]
+    turns = contacts / float(found.turn_period_nominal)
+    first, last = window
+    return float(np.sum((turns >= first) & (turns <= last)) / (last - first)), 0.0
+
+
+def _of_beam(found: xr.Dataset, mechanism: Mechanism, link: str, windows: tuple[Pair, ...]) -> dict[str, Any]:
+    value, angle = found.deflection.sel(link=link).values, found.angle.sel(link="crank").values
+    natural = math.tau / modal(mechanism.link(link)).frequency[0]
+    width = max(1, round(natural / float(found.time[1] - found.time[0])))
+    each = [_each(_turns(found), window) for window in windows]
+    whole = [np.concatenate(rows) for rows in each]
+    return {
+        "rms_deflection": [mean([rms(value[rows]) for rows in one]) for one in each],
+        "vibration": [mean([vibration(value[rows], width) for rows in one]) for one in each],
+        "irregularity": [irregularity(angle[rows], value[rows]) for rows in whole],
+    }
+
+
+def vibration(value: np.ndarray, width: int) -> float:
+    """Part of a deflection faster than the first natural vibration, over the whole: root mean squares.
+
+    Parameters
+    ----------
+    value : ndarray, shape (samples,)
+        Even samples.
+    width : int
+        Samples in a period of that vibration: its mean over a period is what is slow.
+    """
+    slow = np.convolve(value, np.ones(width) / width, "valid")
+    left = (width - 1) // 2
+    return rms(value[left : left + len(slow)] - slow) / rms(value)
+
+
+def irregularity(angle: np.ndarray, value: np.ndarray) -> Pair:
+    """Change from one turn to the next at equal crank angle, over the whole: root mean squares.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (samples,)
+        Crank angle, monotonic, rad.
+    value : ndarray, shape (samples,)
+        What should repeat.
+
+    Returns
+    -------
+    (float, float)
+        Mean over the changes and its standard error. 0: the same every turn; sqrt(2): turns that have
+        nothing in common. NaN for less than two turns.
+    """
+    turns = np.abs(angle - angle[0]) / math.tau
+    whole = math.floor(turns[-1])
+    if whole < 2:
+        return math.nan, math.nan
+    per_turn = len(value) // (whole + 1)
+    table = np.interp(np.arange(whole * per_turn) / per_turn, turns, value).reshape(whole, per_turn)
+    return mean(np.sqrt(np.mean(np.diff(table, axis=0) ** 2, axis=1)) / rms(table))

@@ -10,31 +10,31 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from operator import gt, lt
 from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
+from pydantic import AfterValidator
 
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.keywords import Moving, Progress, Rtol, Start, analysis
+from jointplay.analysis.keywords import Moving, Progress, Rtol, Start, analysis, several
 from jointplay.analysis.labels import coded, number
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import start_fits
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
-from jointplay.solver.mechanism.base import Natural, Positive, unit
-from jointplay.solver.motion.trajectory import Request, follow
-from jointplay_lab.scheme.scheme import Scheme
-from jointplay_lab.scheme.scheme_plan import (
-    VARIABLES,
-    Clearances,
-    Plan,
-    StartTurns,
-    Steps,
-    Tolerances,
-    WindowsPerTurn,
-    check_steps,
-)
-from jointplay_lab.scheme.scheme_truth import MEASURES, Case, Truth, of_pass, sample_times
+from jointplay.display.errors import InputError, refuse
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.base import Count, Natural, NonNegative, Positive, unit
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.motion.trajectory import MAX_STEPS, Records, Request, follow
+from jointplay_lab.paper.fixed_steps import step_bound, too_long
+from jointplay_lab.scheme.scheme import Pass, Scheme, State
 from jointplay_lab.scheme.waveform import Grid, elastic_mechanism
 
 LOST = 0.1  # a window whose last pass changes by more is no answer to go on from
@@ -43,6 +43,41 @@ WINDOWS = (1, 12, 48, 144)
 STEPS = (2.5e-5, 1e-5, 2.5e-6)
 TOLERANCES = (1e-4, 1e-6, 1e-8)
 START_TURNS, PASSES, TOLERANCE, REPEATS, RTOL = (0, 20), 30, 1e-4, 3, 1e-10
+VARIABLES = {  # by their dimensions beside the case: units and long names
+    ("windows_per_turn", "pass"): {
+        "pass_change": ("1", "relative change from the pass before"),
+        "pass_deflection_error": ("1", "largest error of a deflection after a pass, relative to the largest"),
+        "pass_angle_error": ("rad", "largest error of a link angle after a pass"),
+        "pass_force_error": (
+            "1",
+            "error of the forces at ideal joints after a pass, root mean square, relative",
+        ),
+    },
+    ("windows_per_turn",): {
+        "converged": ("1", "whether the passes agree in every window"),
+        "reached": ("1", "part of the turn up to the first window whose passes do not settle at all"),
+        "mean_passes": ("1", "passes done, mean of the windows"),
+        "contraction": ("1", "median ratio of successive changes"),
+    },
+    ("step",): {
+        "scheme_error": ("1", "largest error of a deflection by the scheme, relative to the largest"),
+        "scheme_run_time": ("s", "run time of a turn by the scheme"),
+    },
+    ("tolerance",): {
+        "monolithic_error": ("1", "largest error of a deflection, all unknowns at once, relative"),
+        "monolithic_run_time": ("s", "run time of a turn, all unknowns at once"),
+    },
+    (): {
+        "windows_used": (
+            "1",
+            "windows per turn of the timed runs: the fewest tried, or if they fail those with fewest passes",
+        ),
+        "order_difference": ("1", "largest difference of a deflection with all inertia terms, relative"),
+        "largest_deflection": ("m", "largest deflection of the turn"),
+    },
+}
+COMPARED = ("deflection", "angle", "reaction")
+MEASURES = (*COMPARED[:2], "force")
 
 
 @analysis(elastic_mechanism, start_fits)
@@ -250,3 +285,153 @@ def _dataset(found: list[dict[str, Any]], plan: Plan) -> xr.Dataset:
     }
     attributes = {"Conventions": "CF-1.11", "kind": "scheme_comparison", "pass_tolerance": plan.tolerance}
     return xr.Dataset(variables, coords, attributes)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The keywords of `scheme_comparison`."""
+
+    clearance: tuple[float, ...]
+    start_turn: tuple[int, ...]
+    windows_per_turn: tuple[int, ...]
+    steps: tuple[float, ...]
+    tolerances: tuple[float, ...]
+    passes: int
+    tolerance: float
+    repeats: int
+    rtol: float
+    max_steps: int | None
+
+
+def _monotonic(word: str, ordered: Callable[[Any, Any], bool]) -> AfterValidator:
+    def validated(values: tuple[Any, ...]) -> tuple[Any, ...]:
+        if not all(ordered(a, b) for a, b in pairwise(values)):
+            raise refuse(values, f"{word} numbers are accepted")
+        return values
+
+    return AfterValidator(validated)
+
+
+def _not_empty(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    if not values:
+        raise refuse(values, "a list of at least one number is accepted")
+    return values
+
+
+_Some, _Rising, _Falling = AfterValidator(_not_empty), _monotonic("rising", lt), _monotonic("falling", gt)
+Clearances = Annotated[several(NonNegative, "a list of clearances in m"), _Some]
+StartTurns = Annotated[several(Count, "a list of whole numbers of turns"), _Some]
+WindowsPerTurn = Annotated[
+    several(Natural, "a list of rising whole numbers"), _Some, _monotonic("rising", lt)
+]
+Steps = Annotated[several(Positive, "a list of falling steps in s"), _Some, _Falling]
+Tolerances = Annotated[several(Rtol, "a list of relative tolerances"), _Some]
+
+
+def check_steps(mechanism: Mechanism, plan: Plan, initial: Any) -> None:
+    """Refuse steps with which the scheme is not stable, before anything is followed.
+
+    Raises
+    ------
+    InputError
+        Listing them.
+    """
+    models = (assemble(mechanism.replace(clearance=e), initial, relaxed=True) for e in plan.clearance)
+    least = min(map(step_bound, models), key=lambda bound: bound.step)
+    found = [too_long(f"steps[{i}]", step, least) for i, step in enumerate(plan.steps) if step > least.step]
+    if found:
+        raise InputError(found)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One turn of a mechanism with the paper's inertia terms, from a state of its own motion.
+
+    Parameters
+    ----------
+    clearance : float
+        Of joint B, m.
+    turn : int
+        Nominal turns after which the compared one starts.
+    monolithic, consistent, relaxed : Model
+        All unknowns at once with the paper's terms, and with all terms; the rigid mechanism of the scheme.
+    """
+
+    clearance: float
+    turn: int
+    monolithic: Model
+    consistent: Model
+    relaxed: Model
+
+    @classmethod
+    def of(cls, mechanism: Mechanism, clearance: float, turn: int, rtol: float, initial: Any) -> Case:
+        """Follow a mechanism to the start of the turn."""
+        paper = mechanism.replace(clearance=clearance, order="paper")
+        model = assemble(paper, initial)
+        if turn:
+            end = turn * model.period
+            row = follow(model, Request(end, rtol=rtol, at=np.array([end]))).samples[-1]
+            model = replace(model, state=row[1 : 1 + len(model.state)].copy())
+        consistent = replace(assemble(paper.replace(order="consistent"), initial), state=model.state)
+        return cls(clearance, turn, model, consistent, assemble(paper, initial, relaxed=True))
+
+    @property
+    def label(self) -> str:
+        """The case in words."""
+        play = f"clearance {self.clearance:g} m" if self.clearance else "ideal joints"
+        return f"{play}, turn {self.turn + 1}"
+
+    def start(self, scheme: Scheme) -> State:
+        """The start of the turn, as the scheme takes it."""
+        names = cache.structure_module(self.monolithic.structure).STATE
+        values = dict(zip(names, [0.0, *self.monolithic.state], strict=True))
+        rigid = [values[name] for name in cache.structure_module(self.relaxed.structure).STATE]
+        bent = ([values[f"{word}_{name}"] for name in scheme.modes.names] for word in ("eta", "deta"))
+        return State(np.array(rigid), *map(np.array, bent))
+
+    def follow(self, times: np.ndarray, rtol: float, max_steps: int | None = None) -> Records:
+        """The monolithic motion at some times of the turn, s."""
+        request = Request(float(times[-1]), rtol=rtol, at=times, max_steps=max_steps or MAX_STEPS)
+        return follow(self.monolithic, request)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Quantities by name, over times and parts, with the scale by which an error of each counts."""
+
+    values: Mapping[str, np.ndarray]
+    scales: Mapping[str, float]
+
+    @classmethod
+    def of(cls, model: Model, rows: np.ndarray) -> Truth:
+        """Of the rows of a monolithic run."""
+        values = described(Quantities(model, rows, rows[0]))
+        force = float(np.sqrt(np.mean(values["reaction"] ** 2)))
+        scales = {"deflection": float(np.abs(values["deflection"]).max()), "angle": 1.0, "reaction": force}
+        return cls(values, scales)
+
+    def deflection_error(self, found: np.ndarray) -> float:
+        """Largest error of a deflection, relative to the largest deflection."""
+        return float(np.abs(found - self.values["deflection"]).max() / self.scales["deflection"])
+
+    def errors(self, found: Mapping[str, np.ndarray], where: slice = slice(None)) -> np.ndarray:
+        """Largest relative error of a deflection, largest of an angle (rad), mean square of a force."""
+        error = {name: (found[name] - self.values[name][where]) / self.scales[name] for name in COMPARED}
+        largest = [np.abs(error[name]).max(initial=0.0) for name in COMPARED[:2]]
+        return np.array([*largest, np.mean(error["reaction"] ** 2)])
+
+
+def described(quantities: Quantities, **own: np.ndarray) -> dict[str, np.ndarray]:
+    """The compared quantities of some rows; those that are no quantity of theirs are given."""
+    names = [name for name in COMPARED if name not in own]
+    return {name: each[1] for name, each in quantities.variables(names, "time").items()} | own
+
+
+def of_pass(scheme: Scheme, done: Pass) -> dict[str, np.ndarray]:
+    """The compared quantities of a pass."""
+    return described(scheme.quantities(done.rows, done.loads), deflection=done.deflection)
+
+
+def sample_times(model: Model, grid: Grid, windows: int) -> np.ndarray:
+    """Times of the samples of a turn, s."""
+    return np.linspace(0.0, model.period, windows * grid.kept + 1)
