@@ -192,8 +192,7 @@ class Mechanism(Record):
         """
         by_path = checked_paths(self, changes)
         named = {name: value for name, value in changes.items() if name not in by_path}
-        renewed = type(self)(**dict(self) | changed(self, named)) if named or not by_path else self
-        return with_parts(renewed, by_path)
+        return with_parts(changed(self, named), by_path)
 
     def varied(self, changes: Mapping[str, Any]) -> Mechanism:
         """Give a copy as sweeps vary it: a whole float is accepted where `replace` wants an integer."""
