@@ -1,7 +1,7 @@
 """Changes of a mechanism by keyword, as `Mechanism.replace` takes them.
 
-Words are aliases of key paths (`paths_of`): a change puts its value at the ends of these. What a word does beside is
-written in `_ends`: other joints become ideal, a friction or a drive begins to be.
+Words are aliases of key paths (`paths_of`): a change puts its value at the ends of these. What a word does
+beside is written in `_ends`: other joints become ideal, a friction or a drive begins to be.
 """
 
 from __future__ import annotations

@@ -18,6 +18,16 @@ def is_path(key: Any) -> bool:
     return isinstance(key, str) and ("." in key or "[" in key)
 
 
+def parts_of(key: Any) -> list[Any]:
+    """The words or paths of several that change alike, as ``links.coupler.length + joints.B.journal.at``."""
+    return [part.strip() for part in key.split("+")] if isinstance(key, str) and "+" in key else [key]
+
+
+def alike(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Changes one by one, of several that change alike too."""
+    return {part: value for key, value in changes.items() for part in parts_of(key)}
+
+
 def steps(path: str) -> list[str]:
     """Steps of a path: ``joints``, ``[2]``, ``clearance``."""
     return path.replace("[", ".[").split(".")
