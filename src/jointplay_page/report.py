@@ -151,7 +151,7 @@ def amid(mechanism: Mechanism | TestSystem, dataset: Dataset, keys: list[str]) -
         mean = np.sqrt(ends.prod()) * np.sign(ends[0]) if ends.prod() > 0 else ends.mean()
         middle |= {key: float(mean) for key in keys if key.rpartition(".")[2] == name}
     try:
-        return mechanism.replace(**middle)
+        return mechanism.varied(middle)
     except InputError:  # a start or an order of them, which has no middle
         return mechanism
 

@@ -11,10 +11,10 @@ from numba import njit
 
 import jointplay as jp
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.gradients import wanted
 from jointplay.analysis.quantities import EVENTS
 from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.motion import trajectory
 from tests.analysis.test_flat_landing import MASS, PLAY, STILL, block
 from tests.method.test_tangent import differences, scaled
@@ -233,7 +233,7 @@ def test_derivatives_in_numbers_are_those_of_neighbours(slope, friction):
         *("joints.G.clearance", "joints.G.half_length", "joints.G.half_height"),
         *("joints.G.contact.parameters.restitution", "joints.G.friction.coefficient"),
     ]
-    values, model = {key: wanted.value_of(block, key) for key in keys}, assemble(block, start)
+    values, model = {key: Parameter(block, key).value for key in keys}, assemble(block, start)
     exact = dict(zip(keys, driven.by_tangents(block, values, 0.006, start), strict=True))
     assert [EVENTS[int(kind)] for _, kind in driven.end(model, 0.006)[1]] == ["impact", "impact"]
     if friction == 2.0:

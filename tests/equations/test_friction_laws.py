@@ -11,7 +11,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from jointplay import catalog
-from jointplay.analysis.vary import axes, changed
+from jointplay.analysis.vary import axes
 from jointplay.display.errors import InputError
 from jointplay.solver.equations.friction import FRICTIONS, FrictionLaw, Quantity, parameter_letters
 from jointplay.solver.equations.laws import LAWS as NORMAL
@@ -135,7 +135,7 @@ def test_an_added_law_is_one_object(added):
     model = belt(friction, (0.0, -0.3), V=0.0)
     here = Point(plain(model.structure), model.numbers, model.state, ["contact"])
     assert here.contacts()[0, 4] == pytest.approx(-0.2 * 20 * math.tanh(30.0) * (1 + 0.06**3), rel=1e-13)
-    mechanism = changed(linkage(friction), {"joints.B.friction.cubic_velocity": 4.0})
+    mechanism = linkage(friction).varied({"joints.B.friction.cubic_velocity": 4.0})
     assert mechanism.joint("B").friction.cubic_velocity == 4.0
     (axis,) = axes(mechanism, {"joints.B.friction.cubic_velocity": [3.0, 4.0]})
     assert (axis.units, axis.long_name) == ("m s-1", "cubic velocity of joint B")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointplay.analysis.vary import changed
 from jointplay.display.errors import InputError
 from jointplay.solver.codegen import outputs
 from jointplay.solver.equations.structure import powers
@@ -328,6 +327,6 @@ def test_a_servo_that_is_none_is_refused(wrong, key):
 def test_a_servos_numbers_can_be_swept():
     text = {"where": {"a": "2*angle"}, "feedforward": "a"}
     made = pendulum(drive=Servo(**GAINS, **text, speed=6.0))
-    swept = [changed(made, {"drive.stiffness": value}).drive for value in (5.0, 5.0, 7.0)]
+    swept = [made.varied({"drive.stiffness": value}).drive for value in (5.0, 5.0, 7.0)]
     assert [drive.stiffness for drive in swept] == [5.0, 5.0, 7.0]
     assert swept[0] == swept[1] != swept[2]

@@ -7,7 +7,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.rules import unlike_turns
-from jointplay.analysis.vary import axes, changed
+from jointplay.analysis.vary import axes
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
@@ -35,9 +35,9 @@ def test_what_a_mechanism_tells_of_its_loads():
 
 def test_numbers_are_found_by_their_paths():
     given = catalog.chunmei2002(loads=[FORCE, TORQUE])
-    assert changed(given, {"loads.press.constant": 7.0}).loads[0].constant == 7.0
-    assert changed(given, {"loads.shake.harmonics.3.cosine": 7.0}).loads[1].harmonics[1].cosine == 7.0
-    assert changed(given, {"loads.shake.factor": 2.0}).loads[1].course_numbers("x")["b_x_1"] == 0.4
+    assert given.varied({"loads.press.constant": 7.0}).loads[0].constant == 7.0
+    assert given.varied({"loads.shake.harmonics.3.cosine": 7.0}).loads[1].harmonics[1].cosine == 7.0
+    assert given.varied({"loads.shake.factor": 2.0}).loads[1].course_numbers("x")["b_x_1"] == 0.4
 
 
 def test_units_of_what_varies():

@@ -17,8 +17,9 @@ from sympy import cos, symbols
 import jointplay as jp
 from jointplay.analysis.coexisting.knocks import knocks
 from jointplay.analysis.exponents.growth import DISTANCE, measure
-from jointplay.analysis.vary import axes, units_of
+from jointplay.analysis.vary import axes
 from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import System
 from jointplay.study.mechanism_table import build_mechanism
 from tests.mechanism.wrong import only, problems_of
@@ -65,7 +66,7 @@ def test_values_with_units():
     assert valve.parameters["kappa"] == 2000
     assert valve.units == {"kappa": "kg/s", "release": "m/s"}
     assert valve.replace(release="2 mm/s").initial[1] == 0.002
-    assert units_of(valve, "release") == "m/s"
+    assert Parameter.named(valve, "release").units == "m/s"
     assert axes(valve, {"release": [0.1, 0.2]})[0].units == "m s-1"
     found = problems_of(System, **VALVE | {"parameters": VALVE["parameters"] | {"kappa": "2 widgets"}})
     assert "no known unit" in only(found, "system.parameters.kappa").expected

@@ -4,7 +4,6 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.rules import unlike_turns
-from jointplay.analysis.vary import changed
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.parts.beam import modal
@@ -34,13 +33,13 @@ def test_a_catalog_entry_takes_springs_and_gravity():
 
 def test_numbers_are_found_by_their_paths():
     given = catalog.chunmei2002(springs=[STRAIGHT, TORSION])
-    assert changed(given, {"springs.return.stiffness": 9.0}).springs[0].stiffness == 9.0
-    assert changed(given, {"springs.hinge.angle": 0.2}).springs[1].angle == 0.2
+    assert given.varied({"springs.return.stiffness": 9.0}).springs[0].stiffness == 9.0
+    assert given.varied({"springs.hinge.angle": 0.2}).springs[1].angle == 0.2
     weighted = given.link("crank").model_copy(
         update={"masses": (jp.PointMass(at=-0.01, mass=0.1, name="counterweight"),)}
     )
     fields = dict(given) | {"links": (weighted, *given.links[1:])}
-    heavier = changed(Mechanism(**fields), {"links.crank.masses.counterweight.mass": 0.4})
+    heavier = Mechanism(**fields).varied({"links.crank.masses.counterweight.mass": 0.4})
     assert heavier.link("crank").total.mass == pytest.approx(0.4489 + 0.4)
 
 

@@ -23,11 +23,10 @@ from jointplay import catalog
 from jointplay.analysis import tangents
 from jointplay.analysis.exponents.frame_growth import Stretch, frame, grown_together
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS
-from jointplay.analysis.gradients.wanted import value_of
 from jointplay.analysis.quantities import EVENTS, STATUS
-from jointplay.analysis.vary import changed
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.loops import turning
+from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, follow
 from jointplay.solver.motion.ways import WAYS, hindrance
@@ -224,7 +223,7 @@ def of_start(model, along: np.ndarray) -> Callable:
 
 def of_parameter(scene: Scene, value: float) -> Callable:
     """Models over the parameter's relative change."""
-    return lambda at: assemble(changed(scene.make(), {scene.key: value * (1 + at)}), scene.start)
+    return lambda at: assemble(scene.make().varied({scene.key: value * (1 + at)}), scene.start)
 
 
 def in_lanes(models: Callable, duration: float) -> Callable:
@@ -251,7 +250,7 @@ def parameter_tangent(scene: Scene, value: float, scale: np.ndarray) -> np.ndarr
 def test_tangents_are_those_of_twins(name):
     """Of the flow, along two directions; and by a parameter."""
     scene = SCENES[name]
-    model, value = scene.model, value_of(scene.make(), scene.key)
+    model, value = scene.model, Parameter(scene.make(), scene.key).value
     scale, compared = tangents.scales(model), 0
     status, _, *events = reached(model, scene.duration)[1]
     assert not status
@@ -272,7 +271,7 @@ def test_tangents_are_those_of_twins(name):
 def test_in_lanes_twins_have_the_same_tangents(name):
     """Of motions that differ in the start, and in the parameter; what does not go in lanes says why."""
     scene = SCENES[name]
-    model, value = scene.model, value_of(scene.make(), scene.key)
+    model, value = scene.model, Parameter(scene.make(), scene.key).value
     assert hindrance(model, Request(scene.duration, LANES)) == scene.lanes
     if scene.lanes:
         return

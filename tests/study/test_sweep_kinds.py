@@ -3,7 +3,6 @@
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.vary import changed
 from jointplay.kinds import KINDS
 from tests.support.sweep_samples import bare, loaded, ran
 
@@ -70,7 +69,7 @@ def test_a_cell_is_the_analysis_by_itself(kind, system, tmp_path):
     untold = (0, 4) if kind == "sensitivity" else (0,)  # at gap 2.9 nothing can be told of the growth
     assert set(found["cell_status"].values.flat) == set(untold)
     for value in found[varied].values:
-        model = changed(study.record.mechanism, {varied: float(value)})
+        model = study.record.mechanism.varied({varied: float(value)})
         alone = KINDS[kind].function(model, **study.record.keywords())
         cell = jp.cell(found, **{varied: value})
         same, other = (bare(each.drop_vars([n for n in ENDS if n in each])) for each in (cell, alone))

@@ -15,15 +15,14 @@ import numpy as np
 
 from jointplay import catalog
 from jointplay.analysis.gradients import evaluated
-from jointplay.analysis.gradients.directions import along, of_start, stacked
 from jointplay.analysis.gradients.gradient import gradient
 from jointplay.analysis.orbits.map_derivative import map_derivative
 from jointplay.analysis.orbits.section_map import section_map
-from jointplay.analysis.starts import placed
+from jointplay.analysis.starts import placed, state_names
 from jointplay.analysis.tangents import Bundle, scales
-from jointplay.analysis.vary import changed
 from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.directions import along, of_start, stacked
 from jointplay.solver.mechanism.records import CrankAngle, Plane
 from jointplay.solver.motion.trajectory import Request, follow
 from tests.support.closed_pieces import derivatives, impacts, one_entry
@@ -33,14 +32,14 @@ RTOL = 1e-13
 
 def models(system, key, start=None, powers=False):
     """The model over a parameter, from a fixed start where one is given."""
-    return lambda value: assemble(changed(system, {key: value}), start, powers=powers)
+    return lambda value: assemble(system.varied({key: value}), start, powers=powers)
 
 
 def by_tangents(system, values, duration, start=None, powers=False, rtol=1e-12, states=()):
     """Derivatives of state and works, a row a parameter, then a row each of these states' initial values."""
     model = assemble(system, start, powers=powers)
     parts = [along(models(system, key, start, powers), value, key) for key, value in values.items()]
-    parts += [of_start(model, name) for name in states]
+    parts += [of_start(model, state_names(model).index(name)) for name in states]
     none = np.zeros((0, len(model.state)))
     bundle = Bundle(model, Request(duration, rtol), none, held=True, directions=stacked(parts))
     assert bundle.advance() == 0
@@ -124,7 +123,7 @@ def mapped(name):
 
     def maps(key):
         return lambda value: section_map(
-            placed(changed(system, {key: value}), None, section), section, 1, 1e-12
+            placed(system.varied({key: value}), None, section), section, 1, 1e-12
         )
 
     for key in keys:
@@ -201,7 +200,7 @@ def asked(name):
     found = gradient(system, by=by, rtol=1e-11, **given)
 
     def values(key, at):
-        return gradient(changed(system, {key: at}), by=by[:1], rtol=1e-12, **given)["value"].values
+        return gradient(system.varied({key: at}), by=by[:1], rtol=1e-12, **given)["value"].values
 
     for j, key in enumerate(by):
         expected = quotient(partial(values, key), system.parameters[key], 1e-4 * system.parameters[key])
@@ -212,13 +211,13 @@ def asked(name):
 def touching():
     """Verdicts on a motion that turns back 1e-9 before a wall, and on one that does so well before it."""
     system, verdicts = catalog.soft_impact_pair(0.5, 50.0, 2.0), []
-    wide = changed(system, {"gap": 100.0})
+    wide = system.varied({"gap": 100.0})
     free = gradient(wide, of=("largest:state:y",), by=("gap",), initial=[0.0, -1.0], rtol=1e-12)
     reach = float(free["value"][0])
     for gap in (2 * reach + 2e-9, 2 * reach + 0.1):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            near = gradient(changed(system, {"gap": gap}), by=("gap",), initial=[0.0, -1.0], rtol=1e-12)
+            near = gradient(system.varied({"gap": gap}), by=("gap",), initial=[0.0, -1.0], rtol=1e-12)
         verdicts.append(int(near["derivative_status"]))
     return verdicts
 

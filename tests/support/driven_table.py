@@ -9,25 +9,22 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-import jointplay as jp
 from jointplay.analysis import rules
-from jointplay.analysis.gradients.directions import Directions, along, stacked
 from jointplay.analysis.gradients.evaluated import Run
-from jointplay.analysis.gradients.wanted import quantity, value_of
+from jointplay.analysis.gradients.wanted import quantity
 from jointplay.analysis.tangents import Bundle, scales
-from jointplay.analysis.vary import changed
 from jointplay.display.errors import InputError
 from jointplay.solver.codegen import cache
 from jointplay.solver.equations.structure import powers
 from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.directions import Directions, along, stacked
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.mechanism.paths import WITH_PARTS, below
+from jointplay.solver.mechanism.parameters import NAMED, Parameter
 from jointplay.solver.method.codes import Event
 from jointplay.solver.motion.trajectory import Request
 from tests.support.driven import distance, end, quotient
@@ -51,24 +48,8 @@ class Found(NamedTuple):
 
 def keys(system: Any) -> list[str]:
     """All parameters of a system: numbers of its equations, or key paths of a linkage."""
-    if isinstance(system, jp.System):
-        return list(system.numbers)
-    parts = ("gravity", "gravity_direction", *_paths(system))
-    return [key for key in parts if isinstance(value_of(system, key), float)]
-
-
-def _paths(mechanism: jp.Mechanism) -> Iterator[str]:
-    def under(record, path):
-        for name, part in below(record).items():
-            numbered = name.startswith("[") and any(getattr(each, "name", None) for each in record)
-            at = path + name if name.startswith("[") else f"{path}.{name}"
-            if isinstance(part, float):
-                yield at
-            elif not numbered and not isinstance(part, str | int | None):
-                yield from under(part, at)
-
-    for name in WITH_PARTS:
-        yield from under(getattr(mechanism, name), name)
+    every = (each for each in Parameter.of(system) if each.differentiable)
+    return [each.key for each in every if each.key not in NAMED or each.paths == (each.key,)]
 
 
 def directions(system: Any, start: Any) -> tuple[list[str], Any]:
@@ -77,8 +58,8 @@ def directions(system: Any, start: Any) -> tuple[list[str], Any]:
     for key in keys(system):
         try:
             found[key] = along(
-                lambda v, key=key: assemble(changed(system, {key: v}), start, powers=True),
-                *(value_of(system, key), key),
+                lambda v, key=key: assemble(system.varied({key: v}), start, powers=True),
+                *(Parameter(system, key).value, key),
             )
         except InputError:
             continue
@@ -110,13 +91,13 @@ def error(system: Any, start: Any, duration: float, seed: int = 1) -> Found:
     """Error of the derivative along all parameters, of the best of several differences; NaN: none was fit."""
     model = assemble(system, start, powers=True)
     names, parts = directions(system, start)
-    values, events = np.array([value_of(system, key) for key in names]), []
+    values, events = np.array([Parameter(system, key).value for key in names]), []
 
     def state(weights, at):
         changes = {
             key: float(v) for key, v, w in zip(names, values + at * weights, weights, strict=True) if w
         }
-        reached, happened = end(assemble(changed(system, changes), start, powers=True), duration)
+        reached, happened = end(assemble(system.varied(changes), start, powers=True), duration)
         events.append(happened)
         return reached
 

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from jointplay.analysis.quantities import WORDS
-from jointplay.analysis.vary import units_of
 from jointplay.display.accepted import Refused
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.measures import in_si
+from jointplay.solver.mechanism.parameters import declared_units
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 FOLLOWED = "clearance"  # the parameter along which a continuation goes if none is named
@@ -35,7 +35,7 @@ def in_own_units(mechanism: Any, given: Mapping[str, Any]) -> dict[str, Any]:
     parameter = given.get("parameter", followed)
     if {"range", "plane"} & given.keys() and isinstance(parameter, str):
         ways |= dict.fromkeys(
-            ("range", "start"), lambda mechanism, value: in_si(value, units_of(mechanism, parameter))
+            ("range", "start"), lambda mechanism, value: in_si(value, declared_units(mechanism, parameter))
         )
     return {key: _tried(ways.get(key), mechanism, value) for key, value in given.items()}
 
@@ -50,7 +50,7 @@ def _tried(way: Callable[[Any, Any], Any] | None, mechanism: Any, value: Any) ->
 def _over(mechanism: Any, over: Any) -> Any:
     if not isinstance(over, Mapping):
         return over
-    return in_si(over, {key: units_of(mechanism, key) for key in over})
+    return in_si(over, {key: declared_units(mechanism, key) for key in over})
 
 
 def _plane(mechanism: Any, plane: Any) -> Any:
@@ -60,7 +60,7 @@ def _plane(mechanism: Any, plane: Any) -> Any:
     if not isinstance(plane, Mapping):
         return plane
     named = {name: _plain(units) for name, (units, _) in (CRANK | JOURNAL).items()}
-    known = {key: units_of(mechanism, key) for key in plane}
+    known = {key: declared_units(mechanism, key) for key in plane}
     if isinstance(mechanism, TestSystem):
         states = {name: mechanism.units.get(name, "1") for name in mechanism.states}
         return in_si(plane, states | {key: units for key, units in known.items() if units})

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 from jointplay.analysis.quantities import BALANCE, EVENTS, WORDS, recorded
-from jointplay.analysis.vary import changed
 from jointplay.display.errors import NOTHING, InputError, Problem, join, unknown
 from jointplay.solver.mechanism.assemble import assemble, check_section
 from jointplay.solver.mechanism.loops.kinematic_chains import Forest
@@ -58,7 +57,7 @@ def each_alike(mechanism: Mechanism | TestSystem, over: Mapping[str, Any]) -> It
     for key, values in over.items() if isinstance(mechanism, Mechanism) else ():
         for value in values if isinstance(values, list | tuple) else ():
             try:
-                cell = changed(mechanism, {key: value})
+                cell = mechanism.varied({key: value})
             except InputError:
                 continue  # said elsewhere
             yield from unlike_turns(cell)

@@ -8,9 +8,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from jointplay.analysis.gradients.directions import Directions
 from jointplay.solver.codegen import cache
 from jointplay.solver.equations.structure import Linkage, Oscillator
+from jointplay.solver.mechanism.directions import Directions
 from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
 from jointplay.solver.motion.trajectory import Request, advance, memory, prepare
 

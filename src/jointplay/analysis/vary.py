@@ -1,4 +1,4 @@
-"""Parameters that a sweep varies: numbers of a mechanism by name or by key path, and their axes."""
+"""Axes of a sweep: parameters (`mechanism.parameters`) with the values that each is to have."""
 
 from __future__ import annotations
 
@@ -11,19 +11,12 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.quantities import WORDS
-from jointplay.display.errors import InputError, Problem, join, refuse, unknown
-from jointplay.solver.equations.friction import FRICTIONS
-from jointplay.solver.equations.laws import LAWS
+from jointplay.display.errors import InputError, Problem, join, refuse
 from jointplay.solver.mechanism.base import is_number
-from jointplay.solver.mechanism.changes import Changes
-from jointplay.solver.mechanism.parts.courses import FORCES
-from jointplay.solver.mechanism.paths import below, is_path, part_at, steps
-from jointplay.solver.mechanism.records import Contact, Friction, Mechanism, TestSystem
+from jointplay.solver.mechanism.parameters import Parameter
+from jointplay.solver.mechanism.paths import parts_of, steps
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
-NUMBERS = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
-EXAMPLE = "joints.B.contact.stiffness"
-# tuples of named records, and what each holds
-PARTS = {"joints": "joint", "links": "link", "springs": "spring", "loads": "load"}
 TAKEN = {*WORDS, "direction", "start", "point", "link", "joint", "pin", "state", "exponent", "period"}
 _POWERS = str.maketrans("²³⁴", "234")
 
@@ -61,30 +54,10 @@ class Axis:
         return self.name, np.array(self.values, dtype=float), self.attributes
 
 
-def changed(mechanism: Mechanism | TestSystem, changes: Mapping[str, Any]) -> Mechanism | TestSystem:
-    """Give a changed, validated copy of a mechanism.
-
-    Parameters
-    ----------
-    mechanism : Mechanism or TestSystem
-        Stays as it is.
-    changes : mapping of str to object
-        As the record's `replace` takes them, of a linkage by key path too: ``joints.B.contact.stiffness``,
-        ``links.coupler.mass``, ``drive.rated_torque``. Only the number named changes: a link that becomes
-        longer keeps its mass centre.
-
-    Raises
-    ------
-    InputError
-        Listing every key that does not exist, or what is wrong with the values.
-    """
-    return mechanism.varied(changes) if changes else mechanism
-
-
 def largest(mechanism: Mechanism | TestSystem, over: Mapping[str, Sequence[float]]) -> Mechanism | TestSystem:
     """The mechanism with the largest values, by which keywords are checked; as given if that cannot be."""
     try:
-        return changed(mechanism, {key: max(values) for key, values in over.items()}) if over else mechanism
+        return mechanism.varied({key: max(values) for key, values in over.items()})
     except InputError:
         return mechanism
 
@@ -125,6 +98,9 @@ def axes(mechanism: Mechanism | TestSystem, over: Any, root: str = "over") -> tu
         raise refuse(over, "a table of parameters, each with its list of values, is accepted", root)
     given = {key: values.tolist() if hasattr(values, "tolist") else values for key, values in over.items()}
     problems = [p for key, values in given.items() for p in _axis_problems(mechanism, key, values, root)]
+    parts = [part for key in given for part in parts_of(key)]
+    twice = (key for key in given if any(parts.count(part) > 1 for part in parts_of(key)))
+    problems += (Problem(join(root, str(key)), key, "each parameter once is accepted") for key in twice)
     if problems:
         raise InputError(problems)
     return checked_axes(mechanism, given)
@@ -132,29 +108,29 @@ def axes(mechanism: Mechanism | TestSystem, over: Any, root: str = "over") -> tu
 
 def checked_axes(mechanism: Mechanism | TestSystem, given: Mapping[str, Sequence[float]]) -> tuple[Axis, ...]:
     """Axes of values that were checked before, and may repeat; parameters as in `axes`."""
+    each = (Parameter(mechanism, key) for key in given)
     return tuple(
-        Axis(key, name, tuple(sorted(values)), *_described(mechanism, key))
-        for name, (key, values) in zip(_names(list(given)), given.items(), strict=True)
+        Axis(one.key, name, tuple(sorted(given[one.key])), cf_units(one.units), one.noun)
+        for name, one in zip(_names(list(given)), each, strict=True)
     )
-
-
-def _is_path(mechanism: Any, key: Any) -> bool:
-    return isinstance(mechanism, Mechanism) and is_path(key)
 
 
 def _axis_problems(mechanism: Any, key: Any, values: Any, root: str) -> Iterator[Problem]:
     place = join(root, str(key))
-    if problems := list(_key_problems(mechanism, key, place)):
-        yield from problems
-    elif not isinstance(values, list | tuple | range) or not values:
+    try:
+        parameter = Parameter.named(mechanism, key, place)
+    except InputError as error:
+        yield from error.problems
+        return
+    if not isinstance(values, list | tuple | range) or not values:
         yield Problem(place, values, "a list of at least one number is accepted")
     else:
         before: set[Real] = set()
         for i, value in enumerate(values):
-            yield from _value_problems(mechanism, key, value, f"{place}[{i}]", before)
+            yield from _value_problems(parameter, value, f"{place}[{i}]", before)
 
 
-def _value_problems(mechanism: Any, key: str, value: Any, place: str, before: set[Real]) -> Iterator[Problem]:
+def _value_problems(parameter: Parameter, value: Any, place: str, before: set[Real]) -> Iterator[Problem]:
     """Problems of a value; it is added to `before`, the numbers that precede it in its list."""
     if not is_number(value):
         yield Problem(place, value, "a finite number is accepted")
@@ -163,71 +139,20 @@ def _value_problems(mechanism: Any, key: str, value: Any, place: str, before: se
     else:
         before.add(value)
         try:
-            changed(mechanism, {key: value})
+            parameter.at(value)
         except InputError as error:
             yield from (Problem(place, value, each.expected) for each in error.problems)
 
 
-def _key_problems(mechanism: Any, key: Any, place: str) -> Iterator[Problem]:
-    if _is_path(mechanism, key):
-        yield from _path_problems(mechanism, key, place)
-        return
-    known, also = NUMBERS, (f"a path such as {EXAMPLE}",)
-    if isinstance(mechanism, TestSystem):
-        known, also = [k for k, value in mechanism.parameters.items() if not isinstance(value, bool)], ()
-    if key not in known:
-        yield unknown(place, key, key, (*known, *also), "parameter")
-
-
-def _path_problems(mechanism: Mechanism, key: str, place: str) -> Iterator[Problem]:
-    """Problem of a key path that leads to no number of the record."""
-    number, problem = part_at(mechanism, key, place)
-    if problem:
-        yield problem
-    elif number is not None and (not isinstance(number, Real) or isinstance(number, bool)):
-        yield Problem(place, key, "the path to a number is accepted")
-
-
 def _names(keys: Sequence[str]) -> list[str]:
     """Names of dimensions: the last part of each key, where that is not taken; else the whole path."""
+    keys = [parts_of(key)[0] for key in keys]  # of several that change alike the first
     whole = ["_".join(step.strip("[]") for step in steps(key)) for key in keys]
     last = [name if key.endswith("]") else steps(key)[-1] for name, key in zip(whole, keys, strict=True)]
     return [
         short if last.count(short) == 1 and short not in TAKEN else name
         for short, name in zip(last, whole, strict=True)
     ]
-
-
-def units_of(mechanism: Any, key: Any) -> str | None:
-    """Units of a parameter as its record declares them; None of one that does not exist."""
-    known = not any(True for _ in _key_problems(mechanism, key, ""))
-    return _declared(mechanism, key)[0] if known else None
-
-
-def _described(mechanism: Any, key: str) -> tuple[str, str]:
-    """Units and long name of a parameter, as in a dataset."""
-    units, name = _declared(mechanism, key)
-    return cf_units(units), name
-
-
-def _declared(mechanism: Any, key: str) -> tuple[str, str]:
-    """Units and long name of a parameter, from its record's field."""
-    if isinstance(mechanism, TestSystem):
-        return mechanism.units.get(key, "1"), key.replace("_", " ")
-    *path, last = steps(re.sub(r"\[\d+\]$", "", key))
-    record, law, own = mechanism, {}, "1"
-    for step in path:
-        record = below(record)[step]
-        law = LAWS[record.law].numbers if isinstance(record, Contact) else law
-        if isinstance(record, Friction):
-            law = {name: ("", each.units) for name, each in FRICTIONS[record.law].numbers.items()}
-        own = getattr(record, "units", own)
-    field = getattr(type(record) if path else Changes, "model_fields", {}).get(last)
-    of_part = path and path[0] in PARTS
-    whose = f" of {PARTS[path[0]]} {below(getattr(mechanism, path[0]))[path[1]].name}" if of_part else ""
-    units = (getattr(field, "json_schema_extra", None) or {}).get("units", "1")
-    _, units = law.get(last, ("", own if units == FORCES else units))
-    return units, (getattr(field, "description", None) or last.replace("_", " ")) + whose
 
 
 def cf_units(units: str) -> str:

@@ -52,7 +52,12 @@ def units_of(field: Any) -> str | None:
 
 def above_zero(field: Any) -> bool:
     """Whether a model's field takes numbers greater than 0 alone."""
-    return (_bounds(field.metadata) | _bounds([field.annotation])).get("gt") == 0
+    return bounds_of(field).get("gt") == 0
+
+
+def bounds_of(field: Any) -> dict[str, float]:
+    """Limits of a model's field by name: ``gt``, ``ge``, ``lt``, ``le``."""
+    return _bounds(getattr(field, "metadata", ())) | _bounds([field.annotation] if field else ())
 
 
 def _problems(detail: Mapping[str, Any], model: Any, root: str) -> list[Problem]:

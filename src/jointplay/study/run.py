@@ -22,7 +22,7 @@ from jointplay.analysis.rules import quantity
 from jointplay.analysis.sweeps import gather
 from jointplay.analysis.sweeps.chains import TOGETHER, groups
 from jointplay.analysis.tangents import warm_tangents
-from jointplay.analysis.vary import changed, largest
+from jointplay.analysis.vary import largest
 from jointplay.display.errors import InputError, ModelWarning, Problem
 from jointplay.jobs.job import KEY, Entry, Job, key_of
 from jointplay.jobs.pool import check_jobs
@@ -151,7 +151,7 @@ def _key(record: Study, change: Mapping[str, float], together: bool) -> str:
 
 def answer(record: Study, changes: Mapping[str, float]) -> Entry:
     """Answer of a cell of a `[vary]`: the study of one analysis with a changed mechanism."""
-    single = record.model_copy(update={"mechanism": changed(record.mechanism, changes)})
+    single = record.model_copy(update={"mechanism": record.mechanism.varied(changes)})
     dataset = computed(single, partial(in_memory, 1))
     status, warning = Status(int(dataset.variables["status"])), dataset.attrs.pop("warning", "")
     dataset.attrs.pop("mechanism", None)  # each cell has its own, which the sweep's study tells
@@ -165,7 +165,7 @@ def compile_for(
     """Compile what a study with these changes needs, so that workers find it on the disk."""
     for change in (*changes[:: max(1, len(changes) // SAMPLED)], changes[-1]):
         try:
-            mechanism = changed(record.mechanism, change)
+            mechanism = record.mechanism.varied(change)
             section = getattr(record.analysis, "section", None)
             model = assemble(mechanism, None, quantity(section, mechanism))
         except InputError:

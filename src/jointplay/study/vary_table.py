@@ -24,10 +24,11 @@ from pydantic import (
     field_validator,
 )
 
-from jointplay.analysis.vary import Axis, axes, checked_axes, units_of
+from jointplay.analysis.vary import Axis, axes, checked_axes
 from jointplay.display.errors import InputError, Problem, join, refuse
 from jointplay.solver.mechanism.base import Flag, Number, Record, measured
 from jointplay.solver.mechanism.measures import in_si
+from jointplay.solver.mechanism.parameters import declared_units
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 ROOT = "vary"
@@ -157,7 +158,7 @@ def in_own_units(mechanism: Any, table: Any) -> Any:
     table = _flat(table)
     cases = table["cases"] if isinstance(table.get("cases"), list | tuple) else ()
     keys = {*table, *(key for case in cases if isinstance(case, Mapping) for key in case)} - {"cases", "zip"}
-    units = {key: units_of(mechanism, key) for key in keys}
+    units = {key: declared_units(mechanism, key) for key in keys}
     return in_si(table, units | {"cases": units})
 
 

@@ -108,7 +108,7 @@ def followed(mechanism: Mechanism | TestSystem, numbers: Numbers, closes: bool =
     def tried(values: dict[Slider, float]) -> Found | None:
         try:
             changes = {path: x for slider, x in values.items() for path in slider.paths}
-            return numbers(vary.changed(mechanism, changes))
+            return numbers(mechanism.varied(changes))
         except InputError:
             return None
 

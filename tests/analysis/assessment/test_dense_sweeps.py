@@ -27,7 +27,6 @@ from jointplay.analysis.assessment.edges import CHAOTIC, HOW, Search
 from jointplay.analysis.assessment.edges import LONG as LONG_STEPS
 from jointplay.analysis.assessment.settled import CHANGES
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
-from jointplay.analysis.vary import changed
 from jointplay.study.results.answers.assessment import widths
 
 MECHANISMS = {
@@ -102,7 +101,7 @@ def swept(mechanism, key, values, present, judged, needed):
 
     def followed(these, starts, *lengths):
         """Follow cells on from the ends of other cells, or of their own."""
-        places = [changed(mechanism, {key: float(values[i])}) for i in these]
+        places = [mechanism.varied({key: float(values[i])}) for i in these]
         return followed_on(places, [cells[i]["end_state"].values for i in starts], *lengths)
 
     answers[others], settled = followed(others, others, LONG, 200)

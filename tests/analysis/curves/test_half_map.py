@@ -7,10 +7,10 @@ import pytest
 
 from jointplay import CrankAngle, catalog
 from jointplay.analysis.curves.half_map import HalfMap, halved
-from jointplay.analysis.gradients.directions import along
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.orbits.shooting import newton
 from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.directions import along
 
 FREQUENCY, STATE = 1.2, np.array([0.4, -0.3])
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.gradients.directions import along
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.quantities import EVENTS
 from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.directions import along
 from jointplay.solver.mechanism.records import Harmonic, SpeedCycle, SpeedProfile
 from tests.support import driven, driven_table
 from tests.support.driven_scenes import pinned

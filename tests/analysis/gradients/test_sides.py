@@ -7,9 +7,9 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.gradients.directions import SIDES, along
 from jointplay.analysis.starts import placed
 from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.directions import SIDES, along
 
 
 def elastic(restitution):
@@ -25,7 +25,7 @@ def test_only_where_that_is_accepted_one_side_is_enough():
 
 @pytest.mark.parametrize("sides", SIDES)
 def test_every_side_has_the_sixth_order(sides):
-    from jointplay.analysis.gradients.directions import slope
+    from jointplay.solver.mechanism.directions import slope
 
     errors = [
         abs(slope(lambda x: np.array([math.exp(x)]), 0.0, h, np.ones(1), (sides,))[0] - 1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.analysis.vary import axes, cf_units, changed
+from jointplay.analysis.vary import axes, cf_units
 from jointplay.display.errors import InputError
 
 LINKAGE = catalog.chunmei2002(clearance={"B": 2.9e-5, "C": 1e-5}, gear_ratio=3.0)
@@ -45,17 +45,17 @@ def differences(one, other, path=""):
     ],
 )
 def test_only_the_named_number_changes(key, value):
-    assert differences(LINKAGE, changed(LINKAGE, {key: value})) == [key]
+    assert differences(LINKAGE, LINKAGE.varied({key: value})) == [key]
 
 
 def test_a_number_in_a_path_counts_parts():
     by_number, by_name = ({path: 3e-5} for path in ("joints[3].clearance", "joints.C.clearance"))
-    assert changed(LINKAGE, by_number) == changed(LINKAGE, by_name) == LINKAGE.replace(**by_name)
+    assert LINKAGE.varied(by_number) == LINKAGE.varied(by_name) == LINKAGE.replace(**by_name)
     (numbered,), (named,) = (axes(LINKAGE, {key: [3e-5] for key in each}) for each in (by_number, by_name))
     assert (numbered.name, numbered.units, numbered.long_name) == (named.name, named.units, named.long_name)
     (ground,) = axes(LINKAGE, {"joints.C.bearing.point[0]": [0.21]})
     assert (ground.name, ground.units) == ("joints_C_bearing_point_0", "m")
-    moved = changed(LINKAGE, {ground.key: 0.21})
+    moved = LINKAGE.varied({ground.key: 0.21})
     assert differences(LINKAGE, moved) == ["joints.C.bearing.point"]
     assert moved.joint("C").bearing.point == (0.21, 0.0)
     assert (
@@ -64,11 +64,11 @@ def test_a_number_in_a_path_counts_parts():
 
 
 def test_names_are_the_changes_of_replace_and_go_together_with_paths():
-    found = changed(LINKAGE, {"clearance": 1e-4, "gear_ratio": 5.0, "links.crank.mass": 0.4})
+    found = LINKAGE.varied({"clearance": 1e-4, "gear_ratio": 5.0, "links.crank.mass": 0.4})
     expected = LINKAGE.replace(clearance=1e-4, gear_ratio=5.0)
     assert differences(expected, found) == ["links.crank.mass"]
-    assert changed(PAIR, {"gap": 2.0}) == catalog.impact_pair(2.0, 0.8)
-    assert changed(LINKAGE, {}) == LINKAGE
+    assert PAIR.varied({"gap": 2.0}) == catalog.impact_pair(2.0, 0.8)
+    assert LINKAGE.varied({}) == LINKAGE
 
 
 def test_axes_rise_and_know_their_units():
@@ -145,16 +145,16 @@ def test_every_wrong_key_and_value_is_told():
 
 def test_paths_that_lead_nowhere_are_refused_by_changed_too():
     with pytest.raises(InputError, match="no such part"):
-        changed(LINKAGE, {"joints.B.contact.stifness": 1.0})
+        LINKAGE.varied({"joints.B.contact.stifness": 1.0})
     with pytest.raises(InputError, match="clearance"):
-        changed(LINKAGE, {"clearence": 1.0})
+        LINKAGE.varied({"clearence": 1.0})
 
 
 def test_what_counts_can_be_varied_though_axes_hold_floats():
     elastic = LINKAGE.replace(elastic=("coupler",))
     (axis,) = axes(elastic, {"elements": [2.0, 1.0]})
     assert axis.values == (1, 2)
-    found = changed(elastic, {"elements": 2.0}).link("coupler").beam
+    found = elastic.varied({"elements": 2.0}).link("coupler").beam
     assert (found.shapes, found.elements) == ("hermite", 2)
-    assert changed(elastic, {"links.coupler.beam.modes": 3.0}).link("coupler").beam.modes == 3
+    assert elastic.varied({"links.coupler.beam.modes": 3.0}).link("coupler").beam.modes == 3
     assert "a whole number of elements" in problems(elastic, {"elements": [2.5]})["over.elements[0]"]

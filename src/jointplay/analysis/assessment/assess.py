@@ -22,12 +22,11 @@ from jointplay.analysis.assessment.settled import LASTING, plan
 from jointplay.analysis.cells import handed_out, warm
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Small, Start, analysis
 from jointplay.analysis.labels import labelled, outcome
-from jointplay.analysis.orbits.orbit_request import present
 from jointplay.analysis.starts import placed
 from jointplay.analysis.tangents import warm_tangents
-from jointplay.analysis.vary import axes, units_of
 from jointplay.display.errors import NOTHING, Problem
 from jointplay.solver.mechanism.base import Count, Natural, Number, is_number, unit
+from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 if TYPE_CHECKING:
@@ -55,9 +54,8 @@ def _along_fits(mechanism: Mechanism | TestSystem, along: Sequence[str] | None) 
     several = isinstance(mechanism, Mechanism) and len(mechanism.clearance_joints) > 1
     for i, key in enumerate(along or ()):
         place = f"along[{i}]"
-        if units_of(mechanism, key) is None:
-            axes(mechanism, {key: [0.0]}, "along")  # says which there are
-        elif not is_number(value := present(mechanism, key)) or value == 0:
+        value = Parameter.named(mechanism, key, f"along.{key}").value
+        if not is_number(value) or value == 0:
             yield Problem(place, key, "what has a value here, and not 0, is accepted")
         elif key == "clearance" and several:
             yield Problem(

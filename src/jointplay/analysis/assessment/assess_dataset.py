@@ -12,9 +12,9 @@ from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN
 from jointplay.analysis.assessment.settled import CHANGES
 from jointplay.analysis.cells import first_bad
 from jointplay.analysis.labels import coded, labelled
-from jointplay.analysis.orbits.orbit_request import present
-from jointplay.analysis.vary import changed, checked_axes
+from jointplay.analysis.vary import checked_axes
 from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def _motion(now: Answer) -> dict[str, Any]:
 
 def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -> dict[str, Any]:
     shape = (len(keys), len(SIDES), len(CHANGES))
-    values = np.array([float(present(mechanism, key)) for key in keys])
+    values = np.array([float(Parameter(mechanism, key).value) for key in keys])
     none = np.full(len(CHANGES), np.nan)
     names = ("edge", "error", "low", "high", "back")
     found = {n: np.array([each.get(n, none) for each in sides]).reshape(shape) for n in names}
@@ -171,6 +171,6 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
 def _speed(mechanism: Mechanism, key: str, value: float) -> float:
     """Nominal speed of the drive where a parameter has a value, rad/s."""
     try:
-        return float(changed(mechanism, {key: float(value)}).drive.nominal_speed)
+        return float(mechanism.varied({key: float(value)}).drive.nominal_speed)
     except InputError:  # not met
         return float("nan")

@@ -44,12 +44,11 @@ from jointplay.analysis.orbits.branch_points import KINDS as SPECIAL
 from jointplay.analysis.orbits.continuation import continuation
 from jointplay.analysis.orbits.orbit_dataset import STABILITY
 from jointplay.analysis.orbits.orbit_events import OF_GAPS
-from jointplay.analysis.orbits.orbit_request import present
 from jointplay.analysis.orbits.periodic_orbit import periodic_orbit
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.sweeps.attractor import Plan
-from jointplay.analysis.vary import changed
 from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.method.codes import Status
 
@@ -118,7 +117,7 @@ class Walk:
         """The motion at a value, from the end of another one."""
         at = float(value), before  # edges of several traits in one step begin with the same motions
         if at not in self.known:
-            here = changed(self.mechanism, {self.key: at[0]})
+            here = self.mechanism.varied({self.key: at[0]})
             found = followed(here, before.end, self.quick) if _brief(before) else None
             if found is None or found.traits != before.traits or found.period != before.period:
                 found = settled(here, before.end, self.carried, before.period)
@@ -204,7 +203,7 @@ def edges(mechanism: Mechanism, key: str, side: str, start: Any, search: Search,
         between them, ``back``, where it is first as at present again (NaN: not met), and ``how``, an index
         into `HOW`. ``windows``: low and high end, and period, of each window in chaos that was met.
     """
-    walk, begin = Walk(mechanism, key, how), float(present(mechanism, key))
+    walk, begin = Walk(mechanism, key, how), float(Parameter(mechanism, key).value)
     found = {name: (math.nan,) * 5 + (HOW.index("not_met"),) for name in CHANGES}
     limit, looked, status, trouble, windows = begin, 0, 0, "", []
     try:

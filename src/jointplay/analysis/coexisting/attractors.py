@@ -34,7 +34,7 @@ from jointplay.analysis.states.start_plane import section_of
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.bifurcation import Over, lanes_fit, names, record_fits
 from jointplay.analysis.tangents import warm_tangents
-from jointplay.analysis.vary import Axis, at_largest, changed, checked_axes, largest
+from jointplay.analysis.vary import Axis, at_largest, checked_axes, largest
 from jointplay.display.errors import InputError
 from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.assemble import assemble
@@ -200,7 +200,7 @@ def _warm(mechanism, changes, initial, exponents: bool, ensemble: bool) -> None:
     """Compile what the first and the last value need."""
     for change in (changes[0], changes[-1]):
         try:
-            here = changed(mechanism, change)
+            here = mechanism.varied(change)
             model = assemble(here, initial, section_of(here))
         except InputError:
             continue  # its cell says so

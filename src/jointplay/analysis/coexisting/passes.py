@@ -20,7 +20,6 @@ from jointplay.analysis.states.matching import sort_key
 from jointplay.analysis.states.start_plane import Starts, section_of
 from jointplay.analysis.sweeps.attractor import Plan, settle
 from jointplay.analysis.sweeps.points import labelled
-from jointplay.analysis.vary import changed
 from jointplay.display.errors import InputError
 from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.assemble import assemble
@@ -43,7 +42,7 @@ def found(
     observation: Observation,
 ) -> Entry:
     """Motions that last, of starts drawn in a region; counts of starts by where they end."""
-    place = Starts(changed(mechanism, changes), initial, tuple(region), joint)
+    place = Starts(mechanism.varied(changes), initial, tuple(region), joint)
     value = next(iter(changes.values()), 0.0)
     motions = Motions(place.model, observation)
     labels = motions.sort(place.all(drawn(region, starts, seed, value)), PILOTS)
@@ -78,7 +77,7 @@ def carried(
     observation: Observation,
 ) -> Entry:
     """Where motions of neighbouring values end at this one: numbers of known motions, or of `new` ones."""
-    here = changed(mechanism, changes)
+    here = mechanism.varied(changes)
     base = assemble(here, initial, section_of(here))
     lasting = [Lasting(each["period"], each["states"], each["points"]) for each in known]
     motions = Motions(base, observation, lasting)
@@ -123,7 +122,7 @@ def described(
     mechanism: Given, changes: Mapping[str, float], initial: Any, motion: Mapping[str, Any], plan: Plan
 ) -> Entry:
     """Section points, contacts and exponents of a motion, as a point of a sweep has them."""
-    here = changed(mechanism, changes)
+    here = mechanism.varied(changes)
     base = assemble(here, initial, section_of(here))
     plan = replace(plan, section=section_at(here, initial))
     end = End(state_names(base), motion["states"][-1], base.crank_angle)

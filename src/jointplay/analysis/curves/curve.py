@@ -31,7 +31,6 @@ from jointplay.analysis.orbits.orbit_request import (
     Range,
     Tolerance,
     branch_fits,
-    present,
     section_fits,
     start_fits,
 )
@@ -42,9 +41,10 @@ from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.rules import turns_alike
 from jointplay.analysis.starts import placed
-from jointplay.analysis.vary import axes, changed
+from jointplay.analysis.vary import axes
 from jointplay.display.errors import Problem, refuse
 from jointplay.solver.mechanism.base import Count, Natural, Number, accepts, unit
+from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 from jointplay.solver.motion.trajectory import INTERRUPTED
 
@@ -167,7 +167,7 @@ def curve(
 
     @lru_cache(maxsize=64)  # Newton's method comes back to the neighbours of a value
     def model_at(values: tuple[float, float]) -> SectionMap:
-        there = changed(mechanism, dict(zip(plane, values, strict=True)))
+        there = mechanism.varied(dict(zip(plane, values, strict=True)))
         return section_map(placed(there, None, section), section, period, rtol, max_steps)
 
     def maps(values: np.ndarray) -> SectionMap:
@@ -175,7 +175,7 @@ def curve(
 
     low, high = np.array(list(plane.values())).T
     family = Family(maps, low, high, tolerance)
-    own = dict(zip(plane, (present(mechanism, name) for name in plane), strict=True))
+    own = dict(zip(plane, (Parameter(mechanism, name).value for name in plane), strict=True))
     visited, most = count(1), max(max_points, BRANCH)
 
     def visit(point: Point) -> None:
@@ -183,7 +183,7 @@ def curve(
             progress(min(1.0, next(visited) / (most * max_branches + max_points * max_curves)))
 
     def placed_at(name: str, value: float, state: Any, turns: int) -> SectionMap:
-        there = placed(changed(mechanism, {name: value}), state, section)
+        there = placed(mechanism.varied({name: value}), state, section)
         return section_map(there, section, turns, rtol, max_steps)
 
     def fractions(name: str, value: float) -> np.ndarray:

@@ -17,13 +17,13 @@ import numpy as np
 
 from jointplay.analysis.curves.half_map import HalfMap
 from jointplay.analysis.curves.margins import SAMPLES, Guards
-from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.orbits.branch_points import doubling, unit
 from jointplay.analysis.orbits.family import Family, Point, Trial
 from jointplay.analysis.orbits.section_map import Image, SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.tangents import Bundle
 from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.directions import Directions
 from jointplay.solver.mechanism.model import Model
 
 SHORT = 1e-10  # of the margin's size

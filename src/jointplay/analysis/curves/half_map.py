@@ -14,9 +14,9 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.orbits.section_map import Image, SectionMap
 from jointplay.analysis.orbits.shooting import Orbit, newton
+from jointplay.solver.mechanism.directions import Directions
 
 NEAR = 1e-2  # of the scales: beside a loss of symmetry, an orbit is known to a root of its residual
 PLACE = 2  # of an event, in its row

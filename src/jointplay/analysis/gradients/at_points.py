@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.gradients.directions import Directions
 from jointplay.solver.codegen import outputs
+from jointplay.solver.mechanism.directions import Directions
 from jointplay.solver.mechanism.model import Model
 
 STEP = 1e-40

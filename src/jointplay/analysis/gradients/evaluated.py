@@ -24,13 +24,13 @@ from typing import NamedTuple
 import numpy as np
 
 from jointplay.analysis.gradients.at_points import derivatives, values
-from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.gradients.wanted import Quantity
 from jointplay.analysis.orbits.orbit_events import BEGINS, KIND, PLACE, approach_speeds
 from jointplay.analysis.quantities import WORK
 from jointplay.analysis.tangents import TIGHT, Bundle
 from jointplay.solver.codegen import cache
 from jointplay.solver.equations.structure import powers
+from jointplay.solver.mechanism.directions import Directions
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import Event, Mode
 from jointplay.solver.motion.guard_tolerances import clearances_squared

@@ -21,10 +21,8 @@ import numpy as np
 
 from jointplay.analysis import rules
 from jointplay.analysis.gradients import gradient_dataset, multipliers, wanted
-from jointplay.analysis.gradients.directions import Directions, along, of_start, stacked
 from jointplay.analysis.gradients.evaluated import Run, nearness
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS, WHY
-from jointplay.analysis.gradients.wanted import value_of
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import coded, outcome
 from jointplay.analysis.orbits.orbit_request import section_fits, start_fits
@@ -32,11 +30,12 @@ from jointplay.analysis.orbits.orbit_search import Search, at_phase, search
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.starts import free_states, moved, placed, state_names
-from jointplay.analysis.vary import changed
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse, warn
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural
+from jointplay.solver.mechanism.directions import Directions, of_start, stacked
 from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Plane, TestSystem
 from jointplay.solver.method.codes import Status
 from jointplay.solver.motion.looks import part
@@ -148,8 +147,9 @@ def gradient(
         near = (min(grazing, slowest), *others)
         if orbits.any():
             asked = [(each.how, int(each.key)) for each in quantities if each.how in multipliers.MULTIPLIERS]
-            maps = _maps(mechanism, start, (turns, rtol, limit, section))
-            changes = [multipliers.change(found, maps(key), value_of(mechanism, key), key) for key in keys]
+            maps = _maps(start, (turns, rtol, limit, section))
+            moved_by = [Parameter(mechanism, key) for key in keys]
+            changes = [multipliers.change(found, maps(each), each.value, each.key) for each in moved_by]
             changed_orbit = multipliers.derivatives(found, changes, asked)
             values[orbits], slopes[orbits], error[orbits], equal = changed_orbit
     except ArithmeticError as stop:
@@ -184,17 +184,6 @@ def _start(mechanism: Mechanism | TestSystem, initial: Any) -> Any:
     return initial
 
 
-def _changed(mechanism: Mechanism | TestSystem, key: str, value: float) -> Mechanism | TestSystem:
-    """The mechanism with a parameter changed, or several of one value in the order in which they fit."""
-    keys = [each.strip() for each in key.split(wanted.TOGETHER)]
-    try:
-        return changed(mechanism, dict.fromkeys(keys, value))
-    except InputError:
-        if len(keys) == 1:
-            raise
-        return changed(mechanism, dict.fromkeys(reversed(keys), value))
-
-
 def start_section(
     mechanism: Mechanism | TestSystem,
     start: Any,
@@ -213,9 +202,9 @@ def start_section(
     return replace(section_map(model, once, turns, rtol, limit), phase=model.crank_angle)
 
 
-def _maps(mechanism: Mechanism | TestSystem, start: Any, settings: tuple) -> Any:
+def _maps(start: Any, settings: tuple) -> Any:
     """Maps of a section over a parameter; `settings` as `start_section` takes them."""
-    return lambda key: lambda value: start_section(_changed(mechanism, key, value), start, *settings)
+    return lambda parameter: lambda value: start_section(parameter.at(value), start, *settings)
 
 
 def _run(
@@ -227,15 +216,11 @@ def _run(
     powers: bool,
 ) -> Run:
     """The motion that is differentiated; ArithmeticError with a status if there is none."""
-
-    def models(key: str) -> Any:
-        return lambda value: placed(_changed(mechanism, key, value), start)
-
     model, turns = cut.model, cut.turns
     parts = [
-        of_start(model, key.removeprefix(wanted.INITIAL))
+        of_start(model, state_names(model).index(key.removeprefix(wanted.INITIAL)))
         if key.startswith(wanted.INITIAL)
-        else _direction(models(key), value_of(mechanism, key), key)
+        else _direction(Parameter(mechanism, key), start)
         for key in keys
     ]
     directions = stacked(parts)
@@ -255,12 +240,13 @@ def _run(
     )
 
 
-def _direction(models: Any, value: float, key: str) -> Directions:
+def _direction(parameter: Parameter, start: Any) -> Directions:
     try:
-        return along(models, value, key)
+        return parameter.directions(lambda there: placed(there, start))
     except InputError as error:
         told = "; ".join(each.expected for each in error.problems)
-        raise refuse(key, f"a parameter that can change to both sides is accepted: {told}", "by") from None
+        accepted = "a parameter that can change to both sides is accepted"
+        raise refuse(parameter.key, f"{accepted}: {told}", "by") from None
 
 
 def _orbit(cut: SectionMap, transient: int, progress: Any) -> Orbit:
@@ -286,6 +272,6 @@ def _moving(orbit: Orbit, cut: SectionMap, directions: Directions) -> tuple[Mode
 
 def _present(mechanism: Mechanism | TestSystem, key: str, initial: Any) -> float:
     if not key.startswith(wanted.INITIAL):
-        return value_of(mechanism, key)
+        return float(Parameter(mechanism, key).value)
     model = placed(mechanism, _start(mechanism, initial))
     return float(model.state[state_names(model).index(key.removeprefix(wanted.INITIAL))])

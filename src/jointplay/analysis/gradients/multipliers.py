@@ -22,11 +22,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eig
 
-from jointplay.analysis.gradients.directions import AT_ZERO, SIDES, slope
 from jointplay.analysis.orbits.floquet import descending, exponents
 from jointplay.analysis.orbits.map_derivative import map_derivative
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
+from jointplay.solver.mechanism.directions import AT_ZERO, SIDES, slope
 
 MULTIPLIERS = {  # what is asked of one, by its number: units
     "multiplier": "1",

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from jointplay.analysis.gradients.multipliers import MULTIPLIERS
-from jointplay.analysis.orbits.orbit_request import present
 from jointplay.analysis.quantities import BALANCE, WORDS, WORK
-from jointplay.analysis.vary import NUMBERS, axes, units_of
 from jointplay.display.errors import NOTHING, InputError, Problem, unknown
-from jointplay.solver.mechanism.base import is_number
+from jointplay.solver.mechanism.parameters import NAMED, Parameter
+from jointplay.solver.mechanism.paths import parts_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
-INITIAL, TOGETHER = "initial.", "+"
+INITIAL = "initial."
 POINTS = ("end", "largest", "smallest")
 DISCRETE = ("mode", "contact_angle", *BALANCE, "energy", "state_value")
 
@@ -104,34 +103,14 @@ def usual_quantities(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
 def usual_parameters(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
     """By what, if nothing is named: joints' clearances and contacts, friction, links' masses, the drive."""
     if isinstance(mechanism, TestSystem):
-        return tuple(key for key, value in mechanism.parameters.items() if not isinstance(value, bool))
+        return tuple(each.key for each in Parameter.of(mechanism))
     keys = []
     for joint in mechanism.clearance_joints:
         keys += [f"joints.{joint.name}.clearance"]
         keys += [f"joints.{joint.name}.contact.{word}" for word in ("stiffness", "damping")]
         keys += [f"joints.{joint.name}.friction.coefficient"]
     keys += [f"links.{link.name}.mass" for link in mechanism.links] + ["gear_ratio", "speed"]
-    return tuple(key for key in keys if _varies(mechanism, key))
-
-
-def _varies(mechanism: Mechanism, key: str) -> bool:
-    try:
-        value = present(mechanism, key)
-    except (AttributeError, KeyError):
-        return False
-    return is_number(value) and value != 0
-
-
-def value_of(mechanism: Mechanism | TestSystem, key: str) -> float:
-    """The present value of a parameter, which is a right one."""
-    return float(present(mechanism, key.split(TOGETHER)[0].strip()))
-
-
-def units(mechanism: Mechanism | TestSystem, key: str) -> str:
-    """Units of a parameter, as in a dataset."""
-    from jointplay.analysis.vary import cf_units
-
-    return cf_units(units_of(mechanism, key.split(TOGETHER)[0].strip()) or "1")
+    return tuple(key for key in keys if Parameter(mechanism, key).value)
 
 
 def quantities_fit(
@@ -155,20 +134,17 @@ def parameters_fit(
             if name not in states:
                 yield unknown(place, key, name, states, "state")
             continue
-        for part in map(str.strip, key.split(TOGETHER)):
+        for part in parts_of(key):
             yield from _part_fits(mechanism, part, place)
 
 
 def _part_fits(mechanism: Mechanism | TestSystem, key: str, place: str) -> Iterator[Problem]:
     try:
-        axes(mechanism, {key: [1.0]}, "")
+        parameter = Parameter.named(mechanism, key, place)
     except InputError as error:
-        wrong = [p for p in error.problems if "[0]" not in p.key]  # the value is none that was given
-        yield from (Problem(place, key, p.expected) for p in wrong)
-        if wrong:
-            return
-    value = present(mechanism, key)
-    if not is_number(value) or isinstance(value, int):
-        also = f", one of {', '.join(NUMBERS)} or a path," if isinstance(mechanism, Mechanism) else ""
-        given = NOTHING if value is None else value
+        yield from (replace(problem, given=key) for problem in error.problems)
+        return
+    if not parameter.differentiable:
+        also = f", one of {', '.join(NAMED)} or a path," if isinstance(mechanism, Mechanism) else ""
+        given = NOTHING if parameter.value is None else parameter.value
         yield Problem(place, key, f"a parameter that has a value here{also} is accepted, not {given!r}")

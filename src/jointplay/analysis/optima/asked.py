@@ -11,6 +11,8 @@ from jointplay.analysis.gradients import wanted
 from jointplay.analysis.rules import turns_alike
 from jointplay.analysis.vary import axes
 from jointplay.display.errors import InputError, Problem
+from jointplay.solver.mechanism.parameters import Parameter
+from jointplay.solver.mechanism.paths import parts_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 FORCE = "normal_force:"
@@ -23,16 +25,14 @@ def bounds_fit(mechanism: Mechanism | TestSystem, by: Region, ideal: bool) -> It
     wrong = list(wanted.parameters_fit(mechanism, tuple(by), ()))
     yield from (replace(each, key="by") for each in wrong)
     for key, (low, high) in by.items() if not wrong else ():
-        value = wanted.value_of(mechanism, key)
+        value = Parameter(mechanism, key).value
         if not low < high:
             yield Problem(f"by.{key}", [low, high], "a lowest value below the highest is accepted")
         elif not low <= value <= high:
             yield Problem(
                 f"by.{key}", [low, high], f"bounds that hold the present value, {value:g}, are accepted"
             )
-        elif wanted.TOGETHER in key or key.startswith(wanted.INITIAL):
-            yield Problem("by", key, "the name of one parameter is accepted")
-        elif ideal and key.rpartition(".")[2] == "clearance":
+        elif ideal and any(part.rpartition(".")[2] == "clearance" for part in parts_of(key)):
             yield Problem("by", key, "no clearance is accepted with ideal = true, which begins without")
         else:
             yield from _ends_fit(mechanism, key, low, high)

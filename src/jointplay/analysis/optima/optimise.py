@@ -40,9 +40,9 @@ from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.orbits.orbit_request import start_fits
 from jointplay.analysis.quantities import WORDS
 from jointplay.analysis.simulate import simulate
-from jointplay.analysis.vary import changed
 from jointplay.display.errors import ModelWarning
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Number, unit
+from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def optimise(
             progress(designs / most_designs)
 
     trials = Trials(mechanism, names, by, settings, 1.0, [], tell)
-    first = np.array([wanted.value_of(mechanism, key) for key in by])
+    first = np.array([float(Parameter(mechanism, key).value) for key in by])
     x = (first - trials.low) / trials.width
     sign = -1.0 if most else 1.0
     aim = Aim(
@@ -279,7 +279,7 @@ def _with_share(trials: Trials, share: float) -> Trials:
         names = tuple(name.replace(f":{FORCE}", f":{IDEAL}") for name in names)
     if not isinstance(settings["initial"], dict):  # a state is one of the mechanism with all its play
         settings = {**settings, "initial": None}
-    mechanism = changed(trials.mechanism, clearance)
+    mechanism = trials.mechanism.varied(clearance)
     return replace(
         trials, mechanism=mechanism, quantities=names, settings=settings, share=share, known={}, near=None
     )

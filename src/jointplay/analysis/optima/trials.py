@@ -18,7 +18,6 @@ import numpy as np
 from jointplay.analysis.gradients.gradient import gradient
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.vary import changed
 from jointplay.display.errors import InputError, ModelWarning
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.looks import look
@@ -93,7 +92,7 @@ class Trials:
 
     def design(self, x: np.ndarray) -> Mechanism | TestSystem:
         """The mechanism at scaled variables."""
-        return changed(self.mechanism, dict(zip(self.by, map(float, self.low + self.width * x), strict=True)))
+        return self.mechanism.varied(dict(zip(self.by, map(float, self.low + self.width * x), strict=True)))
 
     def at(self, x: np.ndarray) -> Trial:
         """What is found at a design, in the list of those made."""

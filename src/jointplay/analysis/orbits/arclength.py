@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.orbits.family import Family, Point, Trial
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.directions import Directions
 
 CORRECTIONS = 8  # at most
 PATIENCE = 3  # corrections after which the residual must shrink

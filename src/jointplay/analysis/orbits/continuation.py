@@ -26,7 +26,7 @@ from jointplay.analysis.orbits.arclength import first
 from jointplay.analysis.orbits.branch import Branch, Tracer
 from jointplay.analysis.orbits.branch_points import Special, departures
 from jointplay.analysis.orbits.family import Family, Point
-from jointplay.analysis.orbits.orbit_request import ORBIT, Range, Tolerance, branch_fits, present
+from jointplay.analysis.orbits.orbit_request import ORBIT, Range, Tolerance, branch_fits
 from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL, TRANSIENT
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
@@ -34,8 +34,9 @@ from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit
 from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rates import needed
 from jointplay.analysis.starts import placed
-from jointplay.analysis.vary import axes, changed
+from jointplay.analysis.vary import axes
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Number, unit
+from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section
 from jointplay.solver.motion.looks import Late, Stopped
 from jointplay.solver.motion.trajectory import INTERRUPTED
@@ -114,16 +115,16 @@ def continuation(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    value = present(mechanism, parameter) if start is None else start
+    value = Parameter(mechanism, parameter).value if start is None else start
     (axis,) = axes(mechanism, {parameter: list(range)}, "range")
     names, began = recorded(record, mechanism), time.perf_counter()
 
     @lru_cache(maxsize=64)  # Newton's method comes back to the neighbours of a value
     def maps(value: float) -> SectionMap:
-        model = placed(changed(mechanism, {parameter: float(value)}), None, section)
+        model = placed(mechanism.varied({parameter: float(value)}), None, section)
         return section_map(model, section, period, rtol, max_steps)
 
-    at_start = placed(changed(mechanism, {parameter: value}), initial, section)
+    at_start = placed(mechanism.varied({parameter: value}), initial, section)
     requested = section_map(at_start, section, period, rtol, max_steps)
     orbit = search(requested, Search(transient, tolerance, ITERATIONS))
     family = Family(maps, float(range[0]), float(range[1]), tolerance)

@@ -8,11 +8,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from jointplay.analysis.gradients.directions import Directions, stacked
 from jointplay.analysis.orbits import floquet
 from jointplay.analysis.orbits.map_derivative import direction
 from jointplay.analysis.orbits.section_map import Image, SectionMap
 from jointplay.analysis.orbits.shooting import Orbit, residual
+from jointplay.solver.mechanism.directions import Directions, stacked
 
 
 class Condition(Protocol):

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointplay.analysis.gradients.directions import Directions, along
 from jointplay.analysis.orbits.section_map import Image, SectionMap
+from jointplay.solver.mechanism.directions import Directions, along
 
 
 def direction(
@@ -28,7 +28,7 @@ def direction(
     key : str
         Name of the parameter in messages.
     precise : bool
-        As in `gradients.directions.along`.
+        As in `mechanism.directions.along`.
     """
     own = maps(value)
     return along(

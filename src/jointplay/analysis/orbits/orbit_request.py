@@ -15,8 +15,8 @@ from jointplay.analysis.vary import axes
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse, unknown
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Number, accepts, is_number, unit
-from jointplay.solver.mechanism.paths import is_path, part_at
-from jointplay.solver.mechanism.records import MAIN_JOINT, CrankAngle, Mechanism, Plane, TestSystem
+from jointplay.solver.mechanism.parameters import Parameter
+from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Plane, TestSystem
 
 Tolerance = Annotated[Small, unit("tolerance of the residual", "1")]
 
@@ -67,31 +67,12 @@ def branch_fits(
     except InputError as error:
         yield from error.problems
         return
-    value = present(mechanism, parameter) if start is None else start
+    value = Parameter(mechanism, parameter).value if start is None else start
     if not is_number(value) or not range[0] <= value <= range[1]:
         given = NOTHING if value is None else value
         yield Problem("start", given, f"a number from {range[0]:g} to {range[1]:g} is needed")
     between = range[0] + 0.3183 * (range[1] - range[0])  # what holds at an odd place too holds everywhere
     yield from each_alike(mechanism, {parameter: (*range, between)})
-
-
-def present(mechanism: Mechanism | TestSystem, key: str) -> float | None:
-    """Value of a parameter (analysis.vary) in a mechanism; None where it has none."""
-    if isinstance(mechanism, TestSystem):
-        return mechanism.parameters.get(key)
-    if is_path(key):
-        return part_at(mechanism, key, key)[0]
-    main = next((joint for joint in mechanism.joints if joint.name == MAIN_JOINT), mechanism.joints[0])
-    bending = next((link.beam for link in mechanism.links if link.elastic), None)
-    return {
-        "clearance": main.clearance,
-        "friction": main.friction.coefficient if main.friction else 0.0,
-        "gravity": mechanism.gravity,
-        "gravity_direction": mechanism.gravity_direction,
-        "gear_ratio": getattr(mechanism.drive, "gear_ratio", None),
-        "speed": getattr(mechanism.drive, "speed", None),
-        "damping_ratio": bending.damping_ratio if bending else None,
-    }.get(key)
 
 
 ORBIT = (section_fits, record_fits, start_fits, turns_alike)

@@ -28,11 +28,11 @@ from functools import cached_property
 import numpy as np
 
 from jointplay.analysis import rules
-from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rates import resolved
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.tangents import Bundle, scales
+from jointplay.solver.mechanism.directions import Directions
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Plane, Section
 from jointplay.solver.method.codes import Row
@@ -118,7 +118,7 @@ class SectionMap:
     ) -> Image:
         """Image of a state on the section, with the derivative or without; over the map's turns or others.
 
-        With `directions` (`gradients.directions.along`, whose `begin` is `SectionMap.begin` of that value's
+        With `directions` (`mechanism.directions.along`, whose `begin` is `SectionMap.begin` of that value's
         map) also the derivatives in parameters.
         """
         turns = self.turns if turns is None else turns

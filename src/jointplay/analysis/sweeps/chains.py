@@ -19,7 +19,7 @@ from jointplay.analysis.cells import Work, guarded
 from jointplay.analysis.starts import End, same_states
 from jointplay.analysis.sweeps.attractor import Plan, settle, settle_together
 from jointplay.analysis.sweeps.points import labelled
-from jointplay.analysis.vary import Axis, changed, largest
+from jointplay.analysis.vary import Axis, largest
 from jointplay.jobs.job import Entry, Kept, Notes, key_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.ensemble_runs import FEWEST, in_lanes
@@ -175,7 +175,7 @@ class Chain:
 
     def begun(self, n: int, end: Sequence[Any] | None) -> Entry:
         """Mechanism and start of the n-th point, after one that ended so."""
-        here, last = changed(self.mechanism, self.changes[n]), end
+        here, last = self.mechanism.varied(self.changes[n]), end
         if end is not None and not isinstance(end, End):  # from a journal
             last = End(*end)
         return {"begun": (here, last if last is not None and same_states(here, last) else self.start)}

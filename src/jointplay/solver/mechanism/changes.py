@@ -1,9 +1,13 @@
-"""Changes of a mechanism by keyword, as `Mechanism.replace` takes them."""
+"""Changes of a mechanism by keyword, as `Mechanism.replace` takes them.
+
+Words are aliases of key paths (`paths_of`): a change puts its value at the ends of these. What a word does
+beside is written in `_ends`: other joints become ideal, a friction or a drive begins to be.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal, Protocol
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal, Protocol, TypeVar
 
 from pydantic import Discriminator, Field, Tag
 
@@ -26,14 +30,15 @@ from jointplay.solver.mechanism.parts.friction import Friction
 from jointplay.solver.mechanism.parts.joints import Joint
 from jointplay.solver.mechanism.parts.loads import AnyLoad
 from jointplay.solver.mechanism.parts.springs import AnySpring
+from jointplay.solver.mechanism.paths import at_paths
 from jointplay.solver.mechanism.plausible import too_wide
 from jointplay.solver.mechanism.signature import first
 
 # Whose clearance a bare number is: the joint between coupler and rocker of the catalog's linkages.
 MAIN_JOINT = "B"
-_AS_GIVEN = ("branch", "gravity", "gravity_direction", "order", "springs", "loads", "as_meant")
 _OF_BEAMS = ("elements", "damping_ratio")
 _OF_MOTORS = ("gear_ratio", "efficiency_in_slope")
+_IN_JOINTS = {"friction": "friction.coefficient", "tension": "contact.tension"}
 _LINKS = {"accepts": "a list of link names, as ['coupler'],"}
 Clearance = Annotated[
     Annotated[NonNegative, Tag("number")] | Annotated[dict[Name, NonNegative], Tag("joints")],
@@ -112,8 +117,11 @@ class _Linkage(Protocol):
     crank: str | None
 
 
-def changed(mechanism: _Linkage, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the fields of a changed mechanism.
+M = TypeVar("M", bound=Record)
+
+
+def changed(mechanism: M, changes: Mapping[str, Any]) -> M:
+    """Give a validated copy with changes by word.
 
     Parameters
     ----------
@@ -121,11 +129,6 @@ def changed(mechanism: _Linkage, changes: Mapping[str, Any]) -> dict[str, Any]:
         What the changes start from.
     changes : mapping of str to object
         Names and values as in `Changes`.
-
-    Returns
-    -------
-    dict of str to object
-        Fields of the new `Mechanism` that may differ from those of the old one.
 
     Raises
     ------
@@ -139,11 +142,23 @@ def changed(mechanism: _Linkage, changes: Mapping[str, Any]) -> dict[str, Any]:
         problems += _elastic_problems(mechanism, values)
     if problems:
         raise InputError(problems)
-    fields = {name: values[name] for name in _AS_GIVEN if name in values}
-    fields["links"] = tuple(_link(link, values) for link in mechanism.links)
-    fields["joints"] = tuple(_joint(joint, values) for joint in mechanism.joints)
-    fields["drive"] = _drive(mechanism, values)
-    return fields
+    return at_paths(mechanism, _ends(mechanism, values))
+
+
+def paths_of(mechanism: _Linkage, word: str, bent: Sequence[str] | None = None) -> tuple[str, ...]:
+    """Key paths of what a word stands for; its present value is that at the first of them.
+
+    `bent` are the names of the links that bend, where these are others than those of the mechanism.
+    """
+    if word == "clearance":
+        return (f"joints.{main_joint(mechanism)}.clearance",)
+    if word in _IN_JOINTS:
+        names = sorted((j.name for j in mechanism.joints if j.contact), key=main_joint(mechanism).__ne__)
+        return tuple(f"joints.{name}.{_IN_JOINTS[word]}" for name in names)
+    if word in _OF_BEAMS:
+        bent = [link.name for link in mechanism.links if link.elastic] if bent is None else bent
+        return tuple(f"links.{name}.beam.{word}" for name in bent)
+    return (f"drive.{word}",) if word in (*_OF_MOTORS, "speed") else (word,)
 
 
 def _valid(mechanism: _Linkage, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
@@ -228,38 +243,31 @@ def _drive_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[
             yield Problem(name, values[name], "accepted only for a motor drive, and this drive is none")
 
 
+def _ends(mechanism: _Linkage, values: Mapping[str, Any]) -> dict[str, Any]:
+    """What valid changes put where, by key path."""
+    bent = [link.name for link in mechanism.links if _is_elastic(link, values)]
+    found: dict[str, Any] = {}
+    if "elastic" in values:
+        found |= {f"links.{link.name}.elastic": link.name in bent for link in mechanism.links}
+    if "elements" in values:
+        found |= {f"links.{name}.beam.shapes": "hermite" for name in bent}
+    if "clearance" in values:
+        given = values["clearance"]
+        found |= {f"joints.{joint.name}.clearance": given.get(joint.name, 0.0) for joint in mechanism.joints}
+    if "friction" in values:
+        rubbing = (joint for joint in mechanism.joints if joint.contact)
+        found |= {f"joints.{joint.name}.friction": _friction(joint, values["friction"]) for joint in rubbing}
+    if "speed" in values:
+        found["drive"] = ConstantSpeed(link=mechanism.crank, speed=values["speed"])
+    for word in values.keys() - {"elastic", "clearance", "friction", "speed"}:
+        found |= dict.fromkeys(paths_of(mechanism, word, bent), values[word])
+    return found
+
+
 def _is_elastic(link: Link, values: Mapping[str, Any]) -> bool:
     return link.name in values["elastic"] if "elastic" in values else link.elastic
-
-
-def _link(link: Link, values: Mapping[str, Any]) -> Link | dict[str, Any]:
-    """Give a link, or the table of a changed one: the mechanism checks it again and knows its place."""
-    elastic = _is_elastic(link, values)
-    beam = {name: values[name] for name in _OF_BEAMS if elastic and name in values}
-    if elastic == link.elastic and not beam:
-        return link
-    table, shapes = link.model_dump(), {"shapes": "hermite"} if "elements" in beam else {}
-    return table | {"elastic": elastic, "beam": table["beam"] | beam | shapes}
-
-
-def _joint(joint: Joint, values: Mapping[str, Any]) -> Joint:
-    new: dict[str, Any] = {}
-    if "clearance" in values:
-        new["clearance"] = values["clearance"].get(joint.name, 0.0)
-    if joint.contact and "tension" in values:
-        new["contact"] = joint.contact.model_copy(update={"tension": values["tension"]})
-    if joint.contact and "friction" in values:
-        new["friction"] = _friction(joint, values["friction"])
-    return joint.model_copy(update=new)
 
 
 def _friction(joint: Joint, coefficient: float) -> Friction | None:
     old = joint.friction.model_dump() if joint.friction else {}
     return Friction(**old | {"coefficient": coefficient}) if coefficient else None
-
-
-def _drive(mechanism: _Linkage, values: Mapping[str, Any]) -> AnyDrive | None:
-    if "speed" in values:
-        return ConstantSpeed(link=mechanism.crank, speed=values["speed"])
-    drive = values.get("drive", mechanism.drive)
-    return drive and drive.model_copy(update={name: values[name] for name in _OF_MOTORS if name in values})

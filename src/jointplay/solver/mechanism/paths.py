@@ -18,6 +18,16 @@ def is_path(key: Any) -> bool:
     return isinstance(key, str) and ("." in key or "[" in key)
 
 
+def parts_of(key: Any) -> list[Any]:
+    """The words or paths of several that change alike, as ``links.coupler.length + joints.B.journal.at``."""
+    return [part.strip() for part in key.split("+")] if isinstance(key, str) and "+" in key else [key]
+
+
+def alike(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Changes one by one, of several that change alike too."""
+    return {part: value for key, value in changes.items() for part in parts_of(key)}
+
+
 def steps(path: str) -> list[str]:
     """Steps of a path: ``joints``, ``[2]``, ``clearance``."""
     return path.replace("[", ".[").split(".")
@@ -44,16 +54,21 @@ def part_at(record: Any, path: str, place: str) -> tuple[Any, Problem | None]:
     return record, None
 
 
+def at_paths(record: R, changes: Mapping[str, Any]) -> R:
+    """A validated copy in which other things stand at the ends of paths; errors have keys of the record."""
+    return _with(record, {tuple(steps(path)): value for path, value in changes.items()}, record._root())
+
+
 def with_parts(record: R, changes: Mapping[str, Any]) -> R:
     """A validated copy in which other things stand at the ends of these paths, which lead somewhere.
 
     All change at once: some fit only together, as a length and where the joint at its end sits.
     """
     with suppress(InputError):
-        return _with(record, {tuple(steps(path)): value for path, value in changes.items()})
+        return at_paths(record, changes)
     for path, value in changes.items():  # to tell by its path what is wrong
         try:
-            record = _with(record, {tuple(steps(path)): value})
+            record = at_paths(record, {path: value})
         except InputError as error:
             raise InputError(Problem(path, value, each.expected) for each in error.problems) from None
     return record
@@ -88,8 +103,8 @@ def ends(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]
             yield path, value
 
 
-def _with(record: Any, changes: Mapping[tuple[str, ...], Any]) -> Any:
-    """The same of a record, a tuple of records or a table, by the steps of each path."""
+def _with(record: Any, changes: Mapping[tuple[str, ...], Any], place: str) -> Any:
+    """The same of a record, a tuple of records or a table at a place, by the steps of each path."""
     record, inner = changes.get((), record), {}
     for path, value in changes.items():
         if path:
@@ -97,13 +112,18 @@ def _with(record: Any, changes: Mapping[tuple[str, ...], Any]) -> Any:
     if not inner:
         return record
     if isinstance(record, tuple):
-        return tuple(_with(part, _of_part(inner, i, part)) for i, part in enumerate(record))
+        return tuple(_with(part, _of_part(inner, i, part), f"{place}[{i}]") for i, part in enumerate(record))
     parts = dict(record)
     for name, below_it in inner.items():
-        changed = _with(parts.get(name), below_it)
+        changed = _with(parts.get(name), below_it, f"{place}.{name}")
         counted = isinstance(record, Record) and () in below_it
         parts[name] = as_counted(type(record), name, changed) if counted else changed
-    return parts if isinstance(record, dict) else type(record)(**parts)
+    if isinstance(record, dict):
+        return parts
+    try:
+        return type(record)(**parts)
+    except InputError as error:
+        raise error.under(place) if error.root else error from None
 
 
 def _of_part(inner: Mapping[str, dict], number: int, part: Any) -> dict[tuple[str, ...], Any]:

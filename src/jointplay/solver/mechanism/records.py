@@ -49,7 +49,7 @@ from jointplay.solver.mechanism.parts.drive import (
 from jointplay.solver.mechanism.parts.joints import Contact, Friction, Joint, Pin
 from jointplay.solver.mechanism.parts.loads import AnyLoad, Force, Torque
 from jointplay.solver.mechanism.parts.springs import AnySpring, Spring, TorsionSpring
-from jointplay.solver.mechanism.paths import as_counted, checked_paths, with_parts
+from jointplay.solver.mechanism.paths import alike, as_counted, checked_paths, with_parts
 from jointplay.solver.mechanism.section import ContactSection, CrankAngle, Plane, Section, SeparationSection
 from jointplay.solver.mechanism.signature import checked
 
@@ -192,17 +192,21 @@ class Mechanism(Record):
         """
         by_path = checked_paths(self, changes)
         named = {name: value for name, value in changes.items() if name not in by_path}
-        renewed = type(self)(**dict(self) | changed(self, named)) if named or not by_path else self
-        return with_parts(renewed, by_path)
+        return with_parts(changed(self, named), by_path)
 
     def varied(self, changes: Mapping[str, Any]) -> Mechanism:
-        """Give a copy as sweeps vary it: a whole float is accepted where `replace` wants an integer."""
+        """Give a copy as sweeps vary it, by the keys of `mechanism.parameters`.
+
+        A whole float is accepted where `replace` wants an integer.
+        """
+        if not changes:
+            return self
         if all(type(value) in (int, float) for value in changes.values()):
             return _with_numbers(self, tuple(changes), *changes.values())
         return self._varied(changes)
 
     def _varied(self, changes: Mapping[str, Any]) -> Mechanism:
-        return self.replace(**{key: as_counted(Changes, key, value) for key, value in changes.items()})
+        return self.replace(**{key: as_counted(Changes, key, value) for key, value in alike(changes).items()})
 
     def known_by(self, numbers: Mapping[str, float]) -> Mechanism:
         """Give the copy with other numbers, for a hash."""

@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.analysis.starts import state_names
 from jointplay.display.errors import InputError, refuse
 from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.model import Model
@@ -127,11 +126,10 @@ def along(
     return Directions((names,), own, slopes[None, n:-2], *times, unit, np.array([error]))
 
 
-def of_start(model: Model, state: str) -> Directions:
-    """The direction of one state's initial value."""
-    unit = np.array([float(name == state) for name in state_names(model)])
+def of_start(model: Model, place: int) -> Directions:
+    """The direction of the initial value of the state at a place."""
     none = np.zeros(1)
-    return Directions(((),), np.zeros(0), unit[None, :], none, none, np.ones(1), none)
+    return Directions(((),), np.zeros(0), np.eye(len(model.state))[[place]], none, none, np.ones(1), none)
 
 
 def slope(

@@ -1,0 +1,187 @@
+"""Parameters: numbers of a mechanism that can be others, which all who vary or differentiate them ask.
+
+A parameter is named by a word such as ``clearance``, an alias of key paths (`changes.paths_of`), by a path
+itself, as ``joints.B.contact.stiffness``, or by several of either with ``+`` between them, which all have its
+value then. Those of a system of equations are its own, by their names.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from numbers import Real
+from typing import Any
+
+from pydantic.fields import FieldInfo
+
+from jointplay.display.accepted import bounds_of
+from jointplay.display.errors import InputError, Problem, join, unknown
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.laws import LAWS
+from jointplay.solver.mechanism.base import is_number
+from jointplay.solver.mechanism.changes import Changes, paths_of
+from jointplay.solver.mechanism.directions import Directions, along
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.own.own import SYSTEMS
+from jointplay.solver.mechanism.parts.courses import FORCES
+from jointplay.solver.mechanism.paths import below, is_path, part_at, parts_of, steps
+from jointplay.solver.mechanism.records import Contact, Friction, Mechanism, TestSystem
+
+NAMED = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
+EXAMPLE = "joints.B.contact.stiffness"
+ABSENT = {"friction": 0.0}  # values of words where nothing stands at their paths
+# tuples of named records, and what each holds
+PARTS = {"joints": "joint", "links": "link", "springs": "spring", "loads": "load"}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of a mechanism that can be another, or several that change alike.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        Whose it is.
+    key : str
+        Its word or path, or several with ``+`` between them.
+    """
+
+    mechanism: Mechanism | TestSystem
+    key: str
+
+    @classmethod
+    def named(cls, mechanism: Mechanism | TestSystem, key: Any, place: str | None = None) -> Parameter:
+        """Find a parameter by its key; `InputError`, whose key is `place`, where there is none."""
+        for part in parts_of(key):
+            if problem := _problem(mechanism, part, str(key) if place is None else place):
+                raise InputError([problem])
+        return cls(mechanism, key)
+
+    @classmethod
+    def of(cls, mechanism: Mechanism | TestSystem) -> Iterator[Parameter]:
+        """Yield all that have a value: of a linkage those with words, then by path."""
+        keys = [*_own(mechanism)] if isinstance(mechanism, TestSystem) else [*NAMED, *_numbers(mechanism)]
+        found = (cls(mechanism, key) for key in keys)
+        yield from (each for each in found if is_number(each.value))
+
+    @cached_property
+    def paths(self) -> tuple[str, ...]:
+        """Where its numbers stand in the mechanism's record; none where a word finds nothing to change."""
+        if isinstance(self.mechanism, TestSystem):
+            return tuple(f"parameters.{key}" for key in parts_of(self.key))
+        each = ((key,) if is_path(key) else paths_of(self.mechanism, key) for key in parts_of(self.key))
+        return sum(each, ())
+
+    @cached_property
+    def value(self) -> Any:
+        """Its present value, SI; None where it has none."""
+        found = part_at(self.mechanism, self.paths[0], "")[0] if self.paths else None
+        return ABSENT.get(self.key) if found is None else found
+
+    @property
+    def differentiable(self) -> bool:
+        """Whether it has a value that can change by little."""
+        return is_number(self.value) and not isinstance(self.value, int)
+
+    @cached_property
+    def _field(self) -> tuple[FieldInfo | None, str, str]:
+        """The field that declares it, its units, and its noun."""
+        first = parts_of(self.key)[0]
+        if isinstance(self.mechanism, TestSystem):
+            preset = SYSTEMS.get(self.mechanism.system)
+            field = FieldInfo.from_annotation(preset.fields()[first][0]) if preset else None
+            return field, self.mechanism.units.get(first, "1"), first.replace("_", " ")
+        return _declared(self.mechanism, first)
+
+    @property
+    def units(self) -> str:
+        """SI units, as ``N/m``; ``1`` of a pure number."""
+        return self._field[1]
+
+    @property
+    def noun(self) -> str:
+        """What it is, as ``contact stiffness of joint B``."""
+        return self._field[2]
+
+    @property
+    def bounds(self) -> dict[str, float]:
+        """What its field demands: ``gt``, ``ge``, ``lt``, ``le``; what others decide is found by `at`."""
+        return bounds_of(self._field[0]) if self._field[0] else {}
+
+    def at(self, value: float) -> Any:
+        """The mechanism with another value; `InputError` where it cannot have that."""
+        return self.mechanism.varied({self.key: value})
+
+    def directions(self, assembled: Callable[[Any], Model], **how: Any) -> Directions:
+        """Which numbers of the equations, start and period change with it, and their derivatives.
+
+        Parameters
+        ----------
+        assembled : callable
+            The model of a mechanism, at its start.
+        **how
+            As in `along`.
+        """
+        return along(lambda value: assembled(self.at(value)), float(self.value), self.key, **how)
+
+
+def declared_units(mechanism: Any, key: Any) -> str | None:
+    """Units of a parameter; None of one that does not exist."""
+    try:
+        return Parameter.named(mechanism, key).units
+    except InputError:
+        return None
+
+
+def _own(system: TestSystem) -> list[str]:
+    """Parameters of a system of equations: those that are numbers."""
+    return [key for key, value in system.parameters.items() if not isinstance(value, bool)]
+
+
+def _problem(mechanism: Mechanism | TestSystem, key: Any, place: str) -> Problem | None:
+    """The problem of a key that names no number."""
+    if isinstance(mechanism, TestSystem):
+        known = _own(mechanism)
+        return None if key in known else unknown(place, key, key, known, "parameter")
+    if not is_path(key):
+        known = (*NAMED, f"a path such as {EXAMPLE}")
+        return None if key in NAMED else unknown(place, key, key, known, "parameter")
+    number, problem = part_at(mechanism, key, place)
+    if problem or number is None or _is_real(number):
+        return problem
+    return Problem(place, key, "the path to a number is accepted")
+
+
+def _is_real(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _numbers(record: Any, place: str = "") -> Iterator[str]:
+    """Paths of all numbers of a record, and of its parts, these by name where they have one."""
+    for name, part in below(record).items():
+        path = join(place, name)
+        if name.startswith("[") and getattr(part, "name", None):
+            continue  # it has come by its name
+        if is_path(path) and _is_real(part):
+            yield path
+        yield from _numbers(part, path)
+
+
+def _declared(mechanism: Mechanism, key: str) -> tuple[FieldInfo | None, str, str]:
+    """Field, units and noun of a number of a linkage."""
+    *path, last = steps(re.sub(r"\[\d+\]$", "", key))
+    record, law, own = mechanism, {}, "1"
+    for step in path:
+        record = below(record)[step]
+        law = LAWS[record.law].numbers if isinstance(record, Contact) else law
+        if isinstance(record, Friction):
+            law = {name: ("", each.units) for name, each in FRICTIONS[record.law].numbers.items()}
+        own = getattr(record, "units", own)
+    field = getattr(type(record) if path else Changes, "model_fields", {}).get(last)
+    of_part = path and path[0] in PARTS
+    whose = f" of {PARTS[path[0]]} {below(getattr(mechanism, path[0]))[path[1]].name}" if of_part else ""
+    units = (getattr(field, "json_schema_extra", None) or {}).get("units", "1")
+    _, units = law.get(last, ("", own if units == FORCES else units))
+    return field, units, (getattr(field, "description", None) or last.replace("_", " ")) + whose
