@@ -1,20 +1,25 @@
-"""Restitution that laws of the normal force give, beside the one that is asked of them: the table of laws.md.
+"""Tables of the laws of force, made from the laws: those of laws.md and of friction-laws.md.
 
-    python docs/laws.py   # writes the table anew
+    python docs/laws.py   # writes the tables anew
 
-A body of mass m meets the contact with speed v_0, nothing else acts on it. Of F_n = K u^n (1 + chi v_n) with
-d = chi v_0 its restitution e follows from d (1 + e) = ln[(1 + d) / (1 - d e)], whatever m, K and n.
+The restitution that laws of the normal force give stands beside the one that is asked of them. A body of mass
+m meets the contact with speed v_0, nothing else acts on it. Of F_n = K u^n (1 + chi v_n) with d = chi v_0 its
+restitution e follows from d (1 + e) = ln[(1 + d) / (1 - d e)], whatever m, K and n.
 """
 
+from collections.abc import Iterable, Iterator, Mapping
 from math import log, nextafter
 from pathlib import Path
 
 from scipy.optimize import brentq
 
-from jointplay.solver.equations.laws import FACTORS
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.laws import FACTORS, LAWS
+from jointplay.solver.equations.quantity import ForceLaw, Quantity
+from jointplay.study.cite import short
 
-PAGE = Path(__file__).with_name("laws.md")
-BEGIN, END = "<!-- table -->\n", "<!-- end -->"
+PAGES = {name: Path(__file__).with_name(f"{name}.md") for name in ("laws", "friction-laws")}
+BEGIN, END = "<!-- {} -->\n", "<!-- end of {} -->"
 WANTED = (0.95, 0.9, 0.8, 0.7, 0.5, 0.3, 0.1)
 
 
@@ -26,32 +31,53 @@ def restitution(d: float) -> float:
     return brentq(lambda e: log((1 + d) / (1 - d * e)) - d * (1 + e), 1e-14, most, xtol=1e-15, rtol=1e-14)
 
 
-def table() -> str:
+def _table(*rows: Iterable[str]) -> str:
+    head, *below = ([*row] for row in rows)
+    return "".join(f"| {' | '.join(row)} |\n" for row in (head, ["---"] * len(head), *below))
+
+
+def restitutions() -> str:
     """Restitution by law and by what is wanted."""
-    head = ["law", "d(e)", *(f"e = {e:g}" for e in WANTED)]
-    rows = [head, ["---"] * len(head)]
-    for name, (factor, _) in FACTORS.items():
-        rows.append([f"`{name}`", FORMULAS[name], *(f"{restitution(factor(e)):.3f}" for e in WANTED)])
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows) + "\n"
+    rows = (
+        (f"`{name}`", formula, *(f"{restitution(factor(e)):.3f}" for e in WANTED))
+        for name, (factor, formula, _) in FACTORS.items()
+    )
+    return _table(("law", "d(e)", *(f"e = {e:g}" for e in WANTED)), *rows)
 
 
-FORMULAS = {
-    "hunt_crossley_restitution": "3 (1 − e)/2",
-    "herbert_mcwhannell": "6 (1 − e)/((2e − 1)² + 3)",
-    "lee_wang": "3 (1 − e)/4",
-    "lankarani_nikravesh": "3 (1 − e²)/4",
-    "gonthier": "(1 − e²)/e",
-    "zhiying_qishao": "3 (1 − e²) exp(2 (1 − e))/4",
-    "flores": "8 (1 − e)/(5 e)",
-    "hu_guo": "3 (1 − e)/(2 e)",
+def _number(name: str, each: Quantity) -> str:
+    unit = "" if each.units == "1" else f" {each.units}"
+    return f"`{name}`{unit}" + ("" if each.usual is None else f" ({each.usual:g})")
+
+
+def laws(title: str, table: Mapping[str, ForceLaw]) -> str:
+    """Each law with its formula, numbers (those that are usual in brackets) and sources."""
+
+    def rows() -> Iterator[tuple[str, ...]]:
+        for name, law in table.items():
+            sources = "; ".join(map(short, law.references or ())) or "textbooks"
+            numbers = ", ".join(_number(*each) for each in law.numbers.items()) or "none"
+            yield f"`{name}`", law.formula, numbers, sources
+
+    return _table(("law", title, "numbers", "source"), *rows())
+
+
+TABLES = {
+    "laws": {"all": lambda: laws("F_n while u ≥ 0", LAWS), "restitutions": restitutions},
+    "friction-laws": {"all": lambda: laws("μ for v_t > 0", FRICTIONS)},
 }
 
 
-def written(page: str) -> str:
-    """The page with the table anew."""
-    before, rest = page.split(BEGIN)
-    return before + BEGIN + table() + END + rest.split(END)[1]
+def written(name: str) -> str:
+    """A page with its tables anew."""
+    page = PAGES[name].read_text(encoding="utf-8")
+    for table, made in TABLES[name].items():
+        before, rest = page.split(BEGIN.format(table))
+        end = END.format(table)
+        page = before + BEGIN.format(table) + made() + end + rest.split(end)[1]
+    return page
 
 
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    for name, path in PAGES.items():
+        path.write_text(written(name), encoding="utf-8")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from inspect import signature
 from typing import Any, Literal, get_args, get_origin
 
@@ -13,11 +13,14 @@ from pydantic_core import PydanticUndefined
 from jointplay.display.accepted import units_of
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import LAWS
+from jointplay.solver.equations.quantity import ForceLaw
 from jointplay.solver.mechanism import catalog, records
 from jointplay.solver.mechanism.base import Record
 from jointplay.solver.mechanism.own.systems import SYSTEMS
+from jointplay.solver.mechanism.parts.contact import place_of
 from jointplay.solver.mechanism.parts.courses import Course
 from jointplay.solver.mechanism.parts.drive import DRIVES
+from jointplay.solver.mechanism.parts.quantity import bounds
 from jointplay.solver.mechanism.signature import types_of
 from pages.text import markdown, parameters, story, summary, table
 
@@ -88,32 +91,16 @@ def _default(default: Any) -> str:
     return f"`{default:.6g}`" if isinstance(default, float) else f"`{default}`"
 
 
-def contact_laws() -> str:
-    """Numbers of every law of the normal force."""
+def law_numbers(laws: Mapping[str, ForceLaw], place: Callable[[str], str] = str) -> str:
+    """Numbers of every law, each by its key, in a table."""
     lines = []
-    for name, law in LAWS.items():
-        for key, (_, unit) in law.numbers.items():
-            place = key if key in ("stiffness", "damping") else f"parameters.{key}"
-            shown = "N/mⁿ" if key == "stiffness" and unit == "1" else unit
-            default = f"`{law.defaults[key]:g}`" if key in law.defaults else "needed"
-            accepted = (
-                law.limits[key][1].removesuffix(" is accepted") if key in law.limits else "greater than 0"
-            )
-            lines.append((f"`{name}`", f"`{place}`", shown, default, accepted))
+    for name, law in laws.items():
+        for key, each in law.numbers.items():
+            per_power = key == "stiffness" and each.units == "1"
+            usual = "needed" if each.usual is None else f"`{each.usual:g}`"
+            shown = "N/mⁿ" if per_power else each.units
+            lines.append((f"`{name}`", f"`{place(key)}`", shown, usual, bounds(each, "1")))
     return table(("law", "key", "unit", "default", "accepted"), lines)
-
-
-def friction_laws() -> str:
-    """Numbers of every law of friction beside its coefficient."""
-    lines = []
-    for name, law in FRICTIONS.items():
-        sticks = "sticks" if law.limit else "creeps"
-        for key, each in law.numbers.items() or {"–": None}.items():
-            known = each is not None
-            default = "needed" if known and each.usual is None else f"`{each.usual:g}`" if known else "–"
-            key = f"`{key}`" if known else "only `coefficient`"
-            lines.append((f"`{name}`", sticks, key, each.units if known else "–", default))
-    return table(("law", "at rest it", "key", "unit", "default"), lines)
 
 
 def page() -> str:
@@ -133,9 +120,9 @@ def page() -> str:
                 f"### {record.__name__}{named}\n\n{markdown(summary(record))}\n\n{table(HEAD, rows(record))}"
             )
         if heading == "Contact":
-            parts.append(f"### Numbers of the laws of contact\n\n{contact_laws()}")
+            parts.append(f"### Numbers of the laws of contact\n\n{law_numbers(LAWS, place_of)}")
         if heading == "Friction":
-            parts.append(f"### Numbers of the laws of friction\n\n{friction_laws()}")
+            parts.append(f"### Numbers of the laws of friction\n\n{law_numbers(FRICTIONS)}")
     return "\n".join(parts)
 
 

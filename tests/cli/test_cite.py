@@ -1,16 +1,16 @@
 """References of a study: the right ones for each part, each once and stated once, as text and as BibTeX."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
-from typing import get_args
 
 import pytest
 
 from jointplay.cli import main
 from jointplay.kinds import KINDS
+from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism.own.systems import SYSTEMS
-from jointplay.solver.mechanism.records import Friction
 from jointplay.study import cite
 from jointplay.study.file import load, validate
 from tests.support.study_samples import TEXT, WRITTEN_OUT
@@ -79,32 +79,35 @@ def test_a_mechanism_of_ones_own_cites_no_paper_for_itself(tmp_path):
 
 def test_everything_there_is_has_its_references_and_these_exist():
     uses, references = cite.table("uses"), cite.table("references")
-    frictions = get_args(Friction.model_fields["law"].annotation)
     named = [
         *(f"kind {name}" for name in KINDS),
         *(f"system {name}" for name in SYSTEMS),
-        *(f"contact law {name}" for name in LAWS),
-        *(f"friction law {name}" for name in frictions),
     ]
     assert [name for name in named if name not in uses] == []
-    used = {key for keys in uses.values() for key in keys}
+    rows = [*LAWS.values(), *FRICTIONS.values()]
+    assert [row.formula for row in rows if row.references is None] == []
+    used = {key for keys in (*uses.values(), *(row.references for row in rows)) for key in keys}
     assert used == set(references)  # each reference is for something
     assert all({"type", "author", "year"} <= set(entry) for entry in references.values())
     assert all(str(entry["year"]) in key for key, entry in references.items())
 
 
 def test_what_is_not_stated_is_said(monkeypatch):
-    uses = {part: keys for part, keys in cite.table("uses").items() if part != "contact law kelvin_voigt"}
-    monkeypatch.setattr(cite, "table", {"uses": uses, "references": cite.table("references")}.get)
     study = {
         "kind": "response",
         "name": "a",
         "mechanism": {"catalog": "chunmei2002"},
         "analysis": {"turns": 1},
     }
+    monkeypatch.setitem(LAWS, "kelvin_voigt", replace(LAWS["kelvin_voigt"], references=None))
     record = validate(study)
     assert cite.as_text(record).endswith("\nnot stated: what to cite for contact law kelvin_voigt")
     assert cite.as_bibtex(record).endswith("\n% not stated: what to cite for contact law kelvin_voigt")
+    own = replace(LAWS["kelvin_voigt"], references=("A. Author, Her own law, 2026",))
+    monkeypatch.setitem(LAWS, "kelvin_voigt", own)
+    assert "A. Author, Her own law, 2026\n    for contact law kelvin_voigt" in cite.as_text(record)
+    written = "@misc{A_Author_Her_own_law_2026,\n  note = {A. Author, Her own law, 2026},\n}"
+    assert written in cite.as_bibtex(record)
 
 
 def test_the_verb_prints_text_and_bibtex(tmp_path, capsys):

@@ -13,13 +13,14 @@ from pydantic import TypeAdapter
 from jointplay import catalog
 from jointplay.analysis.vary import axes
 from jointplay.display.errors import InputError
-from jointplay.solver.equations.friction import FRICTIONS, FrictionLaw, Quantity, parameter_letters
+from jointplay.solver.equations.friction import FRICTIONS, FrictionLaw, parameter_letters
 from jointplay.solver.equations.laws import LAWS as NORMAL
+from jointplay.solver.equations.quantity import Quantity
 from jointplay.solver.mechanism.parts.friction import Friction
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.method.modes import STICKS
 from tests.mechanism.wrong import listed, only, problems_of
-from tests.support.belt import LAWS, LUGRE, REGULARISED, STICKING, belt, ratio
+from tests.support.belt import LAWS, REGULARISED, STICKING, belt, ratio
 from tests.support.friction_claims import rows
 from tests.support.multibody_laws import ratio as published
 from tests.support.plain import Point, plain
@@ -27,12 +28,6 @@ from tests.support.plain import Point, plain
 SPEEDS = np.concatenate([[0.0], np.geomspace(1e-9, 30.0, 400)])
 STEP = 1e-30
 PAGE = Path(__file__).parents[2] / "docs" / "friction-laws.md"
-
-
-def test_every_law_is_tried_here():
-    bristles = {name for name, law in FRICTIONS.items() if law.bristles}  # tests.analysis.test_lugre
-    assert {*LAWS, LUGRE.law} == set(FRICTIONS)
-    assert {LUGRE.law} == bristles
 
 
 def test_no_two_numbers_of_a_joint_share_a_letter():
@@ -113,7 +108,7 @@ def test_the_page_says_what_laws_give():
 
 CUBIC = FrictionLaw(
     lambda m, v, f, v_0, c: f * m.tanh(v / v_0) * (1 + m.power(v * m.side(v) / c, 3)),
-    {"velocity": Quantity("v", "m/s"), "cubic_velocity": Quantity("vc", "m/s", usual=5.0)},
+    numbers={"velocity": Quantity("v", "m/s"), "cubic_velocity": Quantity("vc", "m/s", usual=5.0)},
 )
 
 
@@ -139,7 +134,7 @@ def test_an_added_law_is_one_object(added):
     assert mechanism.joint("B").friction.cubic_velocity == 4.0
     (axis,) = axes(mechanism, {"joints.B.friction.cubic_velocity": [3.0, 4.0]})
     assert (axis.units, axis.long_name) == ("m s-1", "cubic velocity of joint B")
-    with pytest.raises(InputError, match="a cubic velocity greater than 0 m/s of friction law test_cubic"):
+    with pytest.raises(InputError, match="a cubic velocity greater than 0 m/s of law test_cubic"):
         Friction(law="test_cubic", coefficient=0.2, velocity=0.01, cubic_velocity=0.0)
 
 

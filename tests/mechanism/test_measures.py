@@ -3,10 +3,13 @@
 import math
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
 from jointplay.display.errors import InputError
+from jointplay.solver.equations.laws import LAWS
+from jointplay.solver.equations.quantity import Quantity
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.measures import in_si
 from jointplay.solver.mechanism.records import Contact, CrankAngle, Link, MotorLine, Pin
@@ -117,11 +120,9 @@ def test_every_wrong_unit_is_named_at_once_with_its_key():
 
 
 def test_a_law_says_the_units_of_its_own_numbers(monkeypatch):
-    from jointplay.solver.equations.laws import LAWS, Law
-
     bare = LAWS["kelvin_voigt"]
-    law = Law(bare.force, bare.slopes, {**bare.numbers, "speed": ("v", "m/s"), "power": ("n", "1")})
-    monkeypatch.setitem(LAWS, "powered", law)
+    further = {"speed": Quantity("v", "m/s"), "power": Quantity("n", "1")}
+    monkeypatch.setitem(LAWS, "powered", replace(bare, numbers=bare.numbers | further))
     contact = {"law": "powered", "stiffness": 1.0, "damping": 0.0}
     parameters = Contact(**contact, parameters={"speed": "2 mm/s", "power": 1.5}).parameters
     assert parameters == {"speed": 2e-3, "power": 1.5}

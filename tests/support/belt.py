@@ -12,37 +12,30 @@ from sympy import Integer, Symbol, symbols
 
 from jointplay.solver.equations import functions
 from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.laws import LAWS as NORMAL
 from jointplay.solver.equations.structure import Oscillator
-from jointplay.solver.equations.system import Contact, System, number, traction
+from jointplay.solver.equations.system import Contact as Touch
+from jointplay.solver.equations.system import System, number, traction
 from jointplay.solver.equations.write import WRITERS
 from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.parts.contact import Contact
 from jointplay.solver.mechanism.parts.friction import Friction
 
 NUMPY = SimpleNamespace(tanh=np.tanh, exp=np.exp, log=np.log, sqrt=np.sqrt, power=np.power)
 NUMPY.side = lambda x: np.copysign(1.0, x)
 NUMPY.lambert = lambda x: np.where(x < math.exp(-1), -lambertw(-x, -1).real, math.nan)
-LAWS = {  # every law, with numbers that all differ
-    "coulomb": Friction(coefficient=0.3),
-    "tanh": Friction(law="tanh", coefficient=0.3, velocity=0.02),
-    "ramp": Friction(law="ramp", coefficient=0.3, velocity=0.02),
-    "ambrosio": Friction(law="ambrosio", coefficient=0.3, velocity=0.02, full_velocity=0.07),
-    "threlfall": Friction(law="threlfall", coefficient=0.3, velocity=0.02),
-    "andersson": Friction(
-        law="andersson", coefficient=0.3, velocity=0.002, static_coefficient=0.5, stribeck_velocity=0.1
-    ),
-    "brown_mcphee": Friction(law="brown_mcphee", coefficient=0.3, velocity=0.02, static_coefficient=0.5),
-    "stribeck": Friction(law="stribeck", coefficient=0.3, static_coefficient=0.5, stribeck_velocity=0.1),
-}
-LUGRE = Friction(
-    law="lugre",
-    coefficient=0.3,
-    static_coefficient=0.5,
-    stribeck_velocity=0.1,
-    bristle_stiffness=1e4,
-    bristle_damping=3.0,
-)
+TRIED = {name: Friction(law=name, **law.trial) for name, law in FRICTIONS.items()}
+LAWS = {name: friction for name, friction in TRIED.items() if not FRICTIONS[name].bristles}
+LUGRE = TRIED["lugre"]
 STICKING = [name for name in LAWS if FRICTIONS[name].limit]
 REGULARISED = [name for name in LAWS if not FRICTIONS[name].limit]
+
+
+def contact(law, **numbers):
+    """The record of a law of the normal force with its trial numbers, or others."""
+    numbers = NORMAL[law].trial | numbers
+    own = {name: numbers.pop(name) for name in ("stiffness", "damping") if name in numbers}
+    return Contact(law=law, parameters=numbers, **own)
 
 
 def ratio(friction, v, m=NUMPY):
@@ -62,7 +55,7 @@ def _system(law):
     slip, drag = (mu, Integer(0)) if law.limit else (None, mu * N)
     rubbing = {"v_t": v_t, "tangential": (Integer(1), *zeros), "coulomb": slip, "drag": drag, "limit": limit}
     rubbing["rates"] = {each: law.bristles(*given) for each in z}
-    block = Contact("block", u, Integer(0), N, (Integer(0), *zeros), **rubbing)
+    block = Touch("block", u, Integer(0), N, (Integer(0), *zeros), **rubbing)
     return System(
         positions=(x,),
         speeds=(v, *z),

@@ -183,7 +183,8 @@ def contact(name: str, random: np.random.Generator) -> jp.Contact:
     if name.startswith("kelvin_voigt"):
         K, C = random.uniform(0.7, 1.5) * 1e7, random.uniform(100.0, 400.0)
         return jp.Contact(stiffness=K, damping=C, tension=name == "kelvin_voigt")
-    law, own = LAWS[name], {}
+    law = LAWS[name]
+    own = {key: each.trial for key, each in law.numbers.items() if each.usual is None}
     if "restitution" in law.numbers:
         own["restitution"] = share
     if "slowest" in law.numbers:
@@ -194,7 +195,9 @@ def contact(name: str, random: np.random.Generator) -> jp.Contact:
         own["dissipation"] = random.uniform(0.1, 0.4)
     if name in (*FACTORS, "hertz", "hunt_crossley"):
         own["exponent"] = random.uniform(1.4, 1.6)
-    numbers = {"stiffness": random.uniform(1.0, 3.0) * 2e9} if "stiffness" in law.numbers else {}
+    numbers = {key: own.pop(key) for key in ("stiffness", "damping") if key in own}
+    if "stiffness" in numbers:
+        numbers["stiffness"] *= random.uniform(1.0, 3.0)
     return jp.Contact(law=name, parameters=own, **numbers)
 
 
@@ -212,7 +215,7 @@ def friction(name: str, random: np.random.Generator) -> jp.Friction | None:
         "bristle_stiffness": random.uniform(0.5, 2.0) * 1e4,
         "bristle_damping": random.uniform(0.5, 3.0),
     }
-    own = {key: usual[key] for key in law.numbers}
+    own = {key: usual.get(key, x) for key, x in law.trial.items() if key in law.numbers}
     return jp.Friction(law=name, coefficient=f, viscous=random.uniform(0.0, 2.0), **own)
 
 

@@ -8,32 +8,17 @@ from __future__ import annotations
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.solver.equations.laws import FACTORS
-from tests.support.belt import LAWS as RUBBING
-from tests.support.belt import LUGRE
+from jointplay.solver.equations.laws import LAWS
+from tests.support.belt import TRIED, contact
 
-E = 0.7
-STEEL = {"length": 0.02, "restitution": E}
-NORMAL = {
-    "kelvin_voigt": jp.Contact(stiffness=1e7, damping=200.0),
-    "hertz": jp.Contact(law="hertz", stiffness=2e9),
-    "hunt_crossley": jp.Contact(law="hunt_crossley", stiffness=2e9, parameters={"dissipation": 0.3}),
-    "restitution": jp.Contact(law="restitution", parameters={"restitution": E}),
-}
-NORMAL |= {
-    law: jp.Contact(law=law, stiffness=2e9, parameters={"restitution": E, "slowest": 0.01}) for law in FACTORS
-}
-NORMAL |= {
-    law: jp.Contact(law=law, parameters=STEEL | {"slowest": 0.01})
-    for law in ("johnson", "dubowsky_freudenstein", "liu")
-}
-FRICTION = {"none": None, "lugre": LUGRE} | RUBBING
+NORMAL = {name: contact(name) for name in LAWS}
+FRICTION = {"none": None} | TRIED
 PAIRS = [
     *[("kelvin_voigt", "coulomb"), ("hertz", "stribeck"), ("hunt_crossley", "tanh"), ("restitution", "none")],
     *[("johnson", "brown_mcphee"), ("dubowsky_freudenstein", "andersson"), ("liu", "lugre")],
     *[("flores", "ramp"), ("hu_guo", "ambrosio"), ("gonthier", "threlfall")],
-    *[(law, "none") for law in FACTORS if law not in ("flores", "hu_guo", "gonthier")],
 ]
+PAIRS += [(law, "none") for law in LAWS if law not in dict(PAIRS)]
 ROUND = ("johnson", "dubowsky_freudenstein", "liu")  # of a journal in its bearing: no corner has them
 GUIDED = [pair for pair in PAIRS if (pair[0] not in ROUND and pair[1] != "none") or pair[0] == "restitution"]
 GUIDED += [("lee_wang", "andersson"), ("zhiying_qishao", "brown_mcphee"), ("lankarani_nikravesh", "lugre")]

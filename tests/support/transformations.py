@@ -103,12 +103,12 @@ def rescaled(record: Record, scale: tuple[float, float, float], units: str = "")
             changed[name] = rescaled(value, scale, units)
         elif isinstance(value, tuple) and value and isinstance(value[0], Record):
             changed[name] = tuple(rescaled(each, scale, units) for each in value)
-        elif name == "stiffness" and law and law.get(name, ("", ""))[1] == "1":  # N/m^n
+        elif name == "stiffness" and law and name in law and law[name].units == "1":  # N/m^n
             n = record.numbers["exponent"]
             changed[name] = value * factor("N", scale) / scale[0] ** n
         elif name == "parameters" and law:
-            own = {key: record.numbers[key] for key in LAWS[record.law].further}  # with those left out
-            changed[name] = {key: x * factor(law[key][1], scale) for key, x in own.items()}
+            own = {key: x for key, x in record.numbers.items() if key not in ("stiffness", "damping")}
+            changed[name] = {key: x * factor(law[key].units, scale) for key, x in own.items()}  # all of them
         elif value is not None and any(exponents(unit := units if unit == "N or N m" else unit or "1")):
             many = tuple(x * factor(unit, scale) for x in value) if isinstance(value, tuple) else None
             changed[name] = value * factor(unit, scale) if many is None else many

@@ -1,17 +1,21 @@
 """What a study rests on: references of its mechanism, laws and methods, as text and as BibTeX.
 
-Each reference, and what uses it, is stated once, in ``references.toml`` beside this file.
+Each reference is stated once, in ``references.toml`` beside this file. Laws say themselves what they rest on;
+of parts without a row of their own the table ``uses`` of that file says it.
 """
 
 from __future__ import annotations
 
+import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib.resources import files
 from typing import Any
 
 from jointplay.jobs.origin import version
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.records import Mechanism, MotorLine, Servo
 from jointplay.study.models import Study
@@ -41,60 +45,88 @@ def table(name: str) -> dict[str, Any]:
     return tomllib.loads(files("jointplay.study").joinpath("references.toml").read_text("utf-8"))[name]
 
 
-def parts(record: Study) -> list[str]:
-    """Name what a study uses that may have references, as ``uses`` does."""
-    found = ["the integrator", f"kind {record.kind}"]
-    exponents = record.keywords().get("exponents")
-    found += ["saltation of tangents"] * bool(record.row.tangents or exponents) + ["exponents"] * bool(
-        exponents
-    )
-    mechanism = record.mechanism
+Keys = Sequence[str] | None  # of references, or references as text; None: not stated
+
+
+def parts(record: Study) -> dict[str, Keys]:
+    """What a study uses that may have references, each with the keys of those."""
+    uses = table("uses")
+    return {name: keys if keys is not None else uses.get(name) for name, keys in _parts(record)}
+
+
+def _parts(record: Study) -> Iterator[tuple[str, Keys]]:
+    exponents, mechanism = record.keywords().get("exponents"), record.mechanism
+    yield from (("the integrator", None), (f"kind {record.kind}", None))
+    if record.row.tangents or exponents:
+        yield "saltation of tangents", None
+    if exponents:
+        yield "exponents", None
     if isinstance(mechanism, Mechanism):
-        return list(dict.fromkeys([*found, *_of_a_linkage(mechanism)]))
-    own = [f"system {mechanism.system}"] * (mechanism.system is not None)
-    return [*found, *own, *["impacts on rigid walls"] * bool(mechanism.impacts)]
+        yield from _of_a_linkage(mechanism)
+    else:
+        yield from [(f"system {mechanism.system}", None)] * (mechanism.system is not None)
+        yield from [("impacts on rigid walls", None)] * bool(mechanism.impacts)
 
 
-def _of_a_linkage(mechanism: Mechanism) -> Iterator[str]:
+def _of_a_linkage(mechanism: Mechanism) -> Iterator[tuple[str, Keys]]:
     if mechanism.name in catalog.NAMES:
-        yield f"mechanism {mechanism.name}"
+        yield f"mechanism {mechanism.name}", None
     if isinstance(mechanism.drive, MotorLine):
-        yield "the motor line"
+        yield "the motor line", None
     if isinstance(mechanism.drive, Servo):
-        yield "the servo"
+        yield "the servo", None
     if mechanism.elastic_links and mechanism.order == "paper":
-        yield "the elastic links' paper order"
+        yield "the elastic links' paper order", None
     for joint in mechanism.clearance_joints:
-        kind = "guides" if joint.prismatic else "joints"
-        yield from (f"geometry of {kind} with play", "modes of contact", f"contact law {joint.contact.law}")
-        if joint.friction:
-            yield f"friction law {joint.friction.law}"
+        contact, friction = joint.contact.law, joint.friction and joint.friction.law
+        yield f"geometry of {'guides' if joint.prismatic else 'joints'} with play", None
+        yield "modes of contact", None
+        yield f"contact law {contact}", LAWS[contact].references
+        if friction:
+            yield f"friction law {friction}", FRICTIONS[friction].references
 
 
 def cited(record: Study) -> dict[str, list[str]]:
     """Give the references of a study by key, each with the parts that it is for, the program first."""
     reasons: dict[str, list[str]] = {"jointplay": ["the program"]}
-    for part in parts(record):
-        for key in table("uses").get(part, ()):
+    for part, keys in parts(record).items():
+        for key in keys or ():
             reasons.setdefault(key, []).append(part)
     return reasons
 
 
 def unstated(record: Study) -> list[str]:
     """Name the parts of a study of which it is not stated what they rest on."""
-    return [part for part in parts(record) if part not in table("uses")]
+    return [part for part, keys in parts(record).items() if keys is None]
+
+
+def short(key: str) -> str:
+    """Authors and year of a reference; as it stands, of one that is given as text."""
+    if key not in table("references"):
+        return key
+    entry = _entry(key)
+    *others, last = (_family(each) for each in entry["author"].split(", "))
+    return f"{', '.join(others)}{' and ' * bool(others)}{last} ({entry['year']})"
+
+
+def _family(person: str) -> str:
+    return " ".join(part for part in person.split() if not part.endswith("."))
 
 
 def _entry(key: str) -> dict[str, Any]:
-    return PROGRAM | {"version": version("jointplay")} if key == "jointplay" else table("references")[key]
+    if key == "jointplay":
+        return PROGRAM | {"version": version("jointplay")}
+    return table("references").get(
+        key, {"type": "misc", "note": key}
+    )  # a whole reference, of a stranger's law
 
 
 def _line(entry: dict[str, Any]) -> str:
     volume = ":".join(str(entry[name]) for name in ("volume", "pages") if name in entry)
-    names = ("title", "journal", "booktitle"), ("publisher", "note", "year")
+    names = ("author", "title", "journal", "booktitle"), ("publisher", "note", "year")
     before, after = ([entry.get(name) for name in group] for group in names)
     about = f"version {entry['version']}" if "version" in entry else ""
-    return ", ".join(str(each) for each in (entry["author"], *before, volume, *after, about) if each)
+    return ", ".join(str(each) for each in (*before, volume, *after, about) if each)
 
 
 def as_text(record: Study) -> str:
@@ -108,11 +140,12 @@ def as_bibtex(record: Study) -> str:
     entries = []
     for key in cited(record):
         entry = dict(_entry(key))
-        people = entry["author"].replace(", ", " and ")
+        people = entry.get("author", "").replace(", ", " and ")
         entry["author"] = f"{{{people}}}" if key == "jointplay" else people  # no person's name
         entry["title"] = f"{{{entry['title']}}}" if "title" in entry else ""  # its capitals are kept
         entry["pages"] = entry.get("pages", "").replace("-", "--")
-        fields = [f"  {name} = {{{entry[name]}}}," for name in _ORDER if entry.get(name)]
-        entries.append("\n".join([f"@{entry['type']}{{{key},", *fields, "}"]))
+        name = re.sub(r"\W+", "_", key)
+        fields = [f"  {field} = {{{entry[field]}}}," for field in _ORDER if entry.get(field)]
+        entries.append("\n".join([f"@{entry['type']}{{{name},", *fields, "}"]))
     missing = [f"% not stated: what to cite for {part}" for part in unstated(record)]
     return "\n\n".join(entries + missing)

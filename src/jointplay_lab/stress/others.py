@@ -48,6 +48,10 @@ ROWS: dict[str, list[tuple[Iterable[str], str]]] = {
     "quick_return": [KELVIN_VOIGT, (("hunt_crossley",), "lugre"), (("liu",), "tanh")],
     "three_clearances": [KELVIN_VOIGT, (FACTORS, "brown_mcphee"), RIGID],
 }
+_NAMED = [row for rows in ROWS.values() for row in rows]
+if further := {*NORMAL} - {law for laws, _ in _NAMED for law in laws}:
+    ROWS["laws"].append((sorted(further), "tanh"))
+ROWS["laws"] += [(("kelvin_voigt",), rubs) for rubs in sorted({*FRICTIONS} - {rubs for _, rubs in _NAMED})]
 
 
 def pairs(variant: str) -> list[tuple[str, str] | None]:
@@ -76,9 +80,11 @@ def _contact(random: Random, joint: Joint, law: str) -> Contact:
     if law == joint.contact.law:
         return joint.contact
     numbers = NORMAL[law].numbers
-    given = {name: draw(random) for name, draw in ranges.OF_LAWS.items() if name in numbers}
-    K = joint.contact.stiffness / secant(joint)
-    return Contact(law=law, stiffness=K if "stiffness" in numbers else None, parameters=given)
+    given = {name: each.trial for name, each in numbers.items() if each.usual is None}
+    given |= {name: draw(random) for name, draw in ranges.OF_LAWS.items() if name in numbers}
+    size = {"stiffness": joint.contact.stiffness / secant(joint), "damping": joint.contact.damping}
+    own = {name: x for name, x in size.items() if given.pop(name, None) is not None}
+    return Contact(law=law, parameters=given, **own)
 
 
 def secant(joint: Joint) -> float:
@@ -89,10 +95,10 @@ def secant(joint: Joint) -> float:
 def _rubs(random: Random, joint: Joint, law: str) -> Friction:
     """Draw a law of friction with the drawn coefficient, or the least one: no friction is compiled anew."""
     f = max(joint.friction.coefficient if joint.friction else 0.0, ranges.LEAST_FRICTION)
-    numbers = {name: draw(random) for name, draw in ranges.OF_FRICTION.items()}
+    numbers = FRICTIONS[law].trial | {name: draw(random) for name, draw in ranges.OF_FRICTION.items()}
     numbers |= {"static_coefficient": f * numbers["static_coefficient"]}
     numbers |= {"full_velocity": numbers["velocity"] * numbers["full_velocity"]}
-    own = {name: numbers[name] for name in FRICTIONS[law].numbers if name in numbers}
+    own = {name: numbers[name] for name in FRICTIONS[law].numbers}
     return Friction(law=law, coefficient=f, **own)
 
 

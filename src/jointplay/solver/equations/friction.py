@@ -17,51 +17,23 @@ No SymPy here: a law takes the functions that it needs (`tanh`, `exp`, `side`, `
 or those of NumPy) as its first argument.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from types import MappingProxyType
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from .quantity import ForceLaw, Quantity
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """A number of a law.
-
-    Parameters
-    ----------
-    letter : str
-        How it is called in the equations: v for ``velocity``, else one that no other number of a joint has.
-    units : str
-        As ``m/s``.
-    usual : float, optional
-        Its value where none is given; None: it is needed.
-    least, most : float, optional
-        Bounds that it may reach; without `least` it must be greater than 0.
-    above : str
-        Name of a number that it must exceed.
-    or_equal : bool
-        Whether it may also equal that number.
-    """
-
-    letter: str
-    units: str
-    usual: float | None = None
-    least: float | None = None
-    most: float | None = None
-    above: str = ""
-    or_equal: bool = False
-
-
-@dataclass(frozen=True)
-class FrictionLaw:
+class FrictionLaw(ForceLaw):
     """A law of friction. Compiled equations are found by its name: one that changes needs another name.
+
+    Its numbers are those beside ``coefficient`` and ``viscous``.
 
     Parameters
     ----------
     ratio : callable
         mu of the functions, v_t, the coefficient f and the law's further numbers in their order. It must be
         defined on both sides of v_t = 0: odd in v_t, or for a law that sticks even and positive.
-    numbers : mapping of str to Quantity
-        What it has beside ``coefficient`` and ``viscous``, by name.
     limit : str
         Of a law with true sticking, the name of the number f_s in |F_t| <= f_s F_n. It must be mu(0): the
         force does not jump where sticking ends.
@@ -76,12 +48,16 @@ class FrictionLaw:
     """
 
     ratio: Callable
-    numbers: Mapping[str, Quantity] = field(default_factory=lambda: MappingProxyType({}))
     limit: str = ""
     bristles: Callable | None = None
     deflection: Callable | None = None
     kinks: bool = False
     rises: bool = False
+
+    @property
+    def trial(self) -> dict[str, float | None]:
+        """Its coefficient and further numbers with which it is tried, by name."""
+        return {"coefficient": COEFFICIENT} | super().trial
 
     @property
     def letters(self) -> tuple[str, ...]:
@@ -94,6 +70,7 @@ class FrictionLaw:
         return self.numbers[self.limit].letter if self.limit in self.numbers else "f"
 
 
+COEFFICIENT = 0.3  # with which laws are tried
 # Letters that every joint has: coefficient, smoothing velocity, viscous coefficient.
 COMMON = ("f", "v", "Ct")
 
@@ -148,62 +125,105 @@ def _lugre(m, v_t, z, f, s_0, s_1, *further):
     return s_0 * z + s_1 * _bending(m, v_t, z, f, s_0, s_1, *further)
 
 
-_VELOCITY = Quantity("v", "m/s")  # v_0
-_STATIC = Quantity("fs", "1", above="coefficient", or_equal=True)  # f_s >= f
+_VELOCITY = Quantity("v", "m/s", trial=0.02)  # v_0
+_STATIC = Quantity("fs", "1", above="coefficient", or_equal=True, trial=0.5)  # f_s >= f
 _STRIBECK = {
     "static_coefficient": _STATIC,
-    "stribeck_velocity": Quantity("vs", "m/s"),
+    "stribeck_velocity": Quantity("vs", "m/s", trial=0.1),
     "exponent": Quantity("delta", "1", usual=2.0, least=1.0, most=10.0),
 }
 
 FRICTIONS = {
     # Coulomb: mu = f, and true sticking up to f F_n.
-    "coulomb": FrictionLaw(lambda m, v_t, f: f, limit="coefficient", rises=True),
+    "coulomb": FrictionLaw(
+        lambda m, v_t, f: f,
+        formula="f",
+        references=("filippov1988", "leine_nijmeijer2004"),
+        limit="coefficient",
+        rises=True,
+    ),
     # Coulomb's smoothed, as many multibody codes have it: mu = f tanh(v_t/v_0). Valid while the sliding
     # speeds of interest are far above v_0: f - |mu| < 2 f exp(-2 |v_t|/v_0).
-    "tanh": FrictionLaw(lambda m, v_t, f, v_0: f * m.tanh(v_t / v_0), {"velocity": _VELOCITY}, rises=True),
-    # Piecewise linear, as Rooney and Deravi (1982, Mech. Mach. Theory 17): mu = f v_t/v_0 up to |v_t| = v_0,
-    # then f. Kinks at |v_t| = v_0.
-    "ramp": FrictionLaw(_ramp, {"velocity": _VELOCITY}, kinks=True, rises=True),
-    # Ambrosio (2003, in Virtual Nonlinear Multibody Systems, Kluwer): mu = f c(|v_t|) sign(v_t), where c is 0
-    # up to v_0, 1 from v_1 on and linear between. No force at all below v_0: the smallest load drives a body
-    # to that speed. Kinks at v_0 and v_1.
-    "ambrosio": FrictionLaw(
-        _ambrosio,
-        {"velocity": _VELOCITY, "full_velocity": Quantity("v1", "m/s", above="velocity")},
+    "tanh": FrictionLaw(
+        lambda m, v_t, f, v_0: f * m.tanh(v_t / v_0),
+        numbers={"velocity": _VELOCITY},
+        formula="f tanh(v_t/v_0)",
+        references=(),
+        rises=True,
+    ),
+    # Piecewise linear, as Rooney and Deravi (1982): mu = f v_t/v_0 up to |v_t| = v_0, then f. Kinks at
+    # |v_t| = v_0.
+    "ramp": FrictionLaw(
+        _ramp,
+        numbers={"velocity": _VELOCITY},
+        formula="f v_t/v_0 up to v_0, then f",
+        references=("rooney_deravi1982",),
         kinks=True,
         rises=True,
     ),
-    # Threlfall (1978, Mech. Mach. Theory 13): mu = f (1 - exp(-3 |v_t|/v_0)) sign(v_t) up to v_0. Certain is
-    # this exponential; how the paper itself goes on beyond v_0 could not be checked (0.95 f is quoted, a jump
-    # of 2e-4 f). Here mu keeps its value at v_0, f (1 - exp(-3)) = 0.9502 f: sliding never meets the full f.
-    # Its slope has a kink at v_0, its curvature a jump at 0.
-    "threlfall": FrictionLaw(_threlfall, {"velocity": _VELOCITY}, kinks=True, rises=True),
-    # Andersson, Soderberg and Bjorklund (2007, Tribology Int. 40, 580-587):
-    # mu = (f + (f_s - f) exp(-(|v_t|/v_s)^delta)) tanh(v_t/v_0), where f is the kinetic and f_s the static
-    # coefficient; theirs writes 1/v_0 as k_tanh. The largest mu stays below f_s, the nearer to it the smaller
-    # v_0/v_s is. Valid for v_0 << v_s.
-    "andersson": FrictionLaw(_andersson, {"velocity": _VELOCITY, **_STRIBECK}),
-    # Brown and McPhee (2016, J. Comput. Nonlinear Dyn. 11, 054502), without its viscous term:
-    # mu = f tanh(4 x) + (f_s - f) x/(x^2/4 + 3/4)^2, x = v_t/v_0. mu(v_0) misses f_s by f (1 - tanh 4) =
-    # 7e-4 f, and that is close to its peak.
-    "brown_mcphee": FrictionLaw(_brown_mcphee, {"velocity": _VELOCITY, "static_coefficient": _STATIC}),
-    # Stribeck's curve as Bo and Pavelescu (1982, Wear 82) write it, with true sticking up to f_s F_n:
+    # Ambrosio (2003): mu = f c(|v_t|) sign(v_t), where c is 0 up to v_0, 1 from v_1 on and linear between. No
+    # force at all below v_0: the smallest load drives a body to that speed. Kinks at v_0 and v_1.
+    "ambrosio": FrictionLaw(
+        _ambrosio,
+        numbers={"velocity": _VELOCITY, "full_velocity": Quantity("v1", "m/s", above="velocity", trial=0.07)},
+        formula="0 up to v_0, f from v_1, linear between",
+        references=("ambrosio2003",),
+        kinks=True,
+        rises=True,
+    ),
+    # Threlfall (1978): mu = f (1 - exp(-3 |v_t|/v_0)) sign(v_t) up to v_0. Certain is this exponential; how
+    # the paper itself goes on beyond v_0 could not be checked (0.95 f is quoted, a jump of 2e-4 f). Here mu
+    # keeps its value at v_0, f (1 - exp(-3)) = 0.9502 f: sliding never meets the full f. Its slope has a kink
+    # at v_0, its curvature a jump at 0.
+    "threlfall": FrictionLaw(
+        _threlfall,
+        numbers={"velocity": _VELOCITY},
+        formula="f (1 − exp(−3 v_t/v_0)) up to v_0, then f (1 − exp(−3))",
+        references=("threlfall1978",),
+        kinks=True,
+        rises=True,
+    ),
+    # Andersson, Soderberg and Bjorklund (2007): mu = (f + (f_s - f) exp(-(|v_t|/v_s)^delta)) tanh(v_t/v_0),
+    # where f is the kinetic and f_s the static coefficient; theirs writes 1/v_0 as k_tanh. The largest mu
+    # stays below f_s, the nearer to it the smaller v_0/v_s is. Valid for v_0 << v_s.
+    "andersson": FrictionLaw(
+        _andersson,
+        numbers={"velocity": replace(_VELOCITY, trial=0.002), **_STRIBECK},
+        formula="(f + (f_s − f) exp(−(v_t/v_s)^δ)) tanh(v_t/v_0)",
+        references=("andersson2007",),
+    ),
+    # Brown and McPhee (2016), without its viscous term: mu = f tanh(4 x) + (f_s - f) x/(x^2/4 + 3/4)^2,
+    # x = v_t/v_0. mu(v_0) misses f_s by f (1 - tanh 4) = 7e-4 f, and that is close to its peak.
+    "brown_mcphee": FrictionLaw(
+        _brown_mcphee,
+        numbers={"velocity": _VELOCITY, "static_coefficient": _STATIC},
+        formula="f tanh 4x + (f_s − f) x/(x²/4 + 3/4)², x = v_t/v_0",
+        references=("brown_mcphee2016",),
+    ),
+    # Stribeck's curve as Bo and Pavelescu (1982) write it, with true sticking up to f_s F_n:
     # mu = f + (f_s - f) exp(-(|v_t|/v_s)^delta). Steady sliding is unstable where mu falls. With v_s -> 0
     # Coulomb's law of two coefficients.
-    "stribeck": FrictionLaw(_falling, _STRIBECK, limit="static_coefficient"),
-    # LuGre (Canudas de Wit, Olsson, Astrom and Lischinsky 1995, IEEE Trans. Autom. Control 40), times the
-    # normal force, which there is constant: mu = s_0 z + s_1 z', z' = v_t - s_0 |v_t| z/g(v_t), g being
-    # Stribeck's curve, theirs with delta = 2. Steady sliding has |mu| = g, rest the stiffness s_0 F_n: a
-    # joint under load moves, and creeps where the load changes. Valid for |z| far below the joint's size.
-    # s_1 takes energy for sure only where C_t > s_1 F_n (f_s - f)/f (Barabanov and Ortega 2000).
+    "stribeck": FrictionLaw(
+        _falling,
+        numbers=_STRIBECK,
+        formula="f + (f_s − f) exp(−(v_t/v_s)^δ)",
+        references=("bo_pavelescu1982",),
+        limit="static_coefficient",
+    ),
+    # LuGre (Canudas de Wit, Olsson, Astrom and Lischinsky 1995), times the normal force, which there is
+    # constant: mu = s_0 z + s_1 z', z' = v_t - s_0 |v_t| z/g(v_t), g being Stribeck's curve, theirs with
+    # delta = 2. Steady sliding has |mu| = g, rest the stiffness s_0 F_n: a joint under load moves, and creeps
+    # where the load changes. Valid for |z| far below the joint's size. s_1 takes energy for sure only where
+    # C_t > s_1 F_n (f_s - f)/f (Barabanov and Ortega 2000).
     "lugre": FrictionLaw(
         _lugre,
-        {
-            "bristle_stiffness": Quantity("s0", "1/m"),
-            "bristle_damping": Quantity("s1", "s/m", usual=0.0, least=0.0),
+        numbers={
+            "bristle_stiffness": Quantity("s0", "1/m", trial=1e4),
+            "bristle_damping": Quantity("s1", "s/m", usual=0.0, least=0.0, trial=3.0),
             **_STRIBECK,
         },
+        formula="σ₀ z + σ₁ z′, z′ = v_t − σ₀ v_t z/g(v_t), g as `stribeck`",
+        references=("canudas1995", "bo_pavelescu1982"),
         bristles=_bending,
         deflection=lambda f, s_0, s_1, f_s, v_s, delta: f_s / s_0,
         kinks=True,

@@ -4,16 +4,17 @@ No SymPy here: a law takes the functions that it needs beside arithmetic (those 
 NumPy) as its first argument.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from math import exp
 
 from . import cylinders
 from .cylinders import ROUND
+from .quantity import ForceLaw, Quantity
 
 
-@dataclass(frozen=True)
-class Law:
+@dataclass(frozen=True, kw_only=True)
+class Law(ForceLaw):
     """A law of the normal force F_n over the penetration u and the normal speed v_n (positive outwards).
 
     It must be defined and smooth for u < 0 too, and for v_n of either sign: stages of a step lie beyond the
@@ -23,7 +24,8 @@ class Law:
     no force beyond it, but what is not a number, and no step gets there.
 
     A law may remember the speed of approach v_0 with which a contact began, from a smallest one on: then v_0
-    is the last argument of `force` and `push`.
+    is the last argument of `force` and `push`. Its numbers are ``stiffness``, ``damping``, and what it has
+    beside these.
 
     Parameters
     ----------
@@ -32,19 +34,11 @@ class Law:
     slopes : callable
         Bounds of |dF_n/du| and |dF_n/dv_n| up to a penetration, of that and the arguments: what rounding
         makes of a force.
-    numbers : mapping of str to tuple of str
-        Letter and units of each number by its name: ``stiffness``, ``damping``, and what it has beside these.
-    source : str
-        Where it was published, or what it is called after.
     push : callable, optional
         Of v_n and the arguments, what has the sign of F_n where u > 0, is smooth and linear in v_n: of a
         law whose force vanishes with u.
     coefficients : callable, optional
         What the equations take, of the numbers in their order; the same if left out.
-    defaults : mapping of str to float
-        Numbers that need not be given.
-    limits : mapping of str to tuple
-        Of numbers: whether a value is accepted, and what is, in words.
     floor : str
         Letter of the number that is the smallest v_0, m/s; empty: the law remembers nothing.
     pulls : bool
@@ -61,12 +55,8 @@ class Law:
 
     force: Callable | None
     slopes: Callable | None
-    numbers: Mapping[str, tuple[str, str]]
-    source: str = ""
     push: Callable | None = None
     coefficients: Callable = lambda *numbers: numbers
-    defaults: Mapping[str, float] = field(default_factory=dict)
-    limits: Mapping[str, tuple[Callable[[float], bool], str]] = field(default_factory=dict)
     floor: str = ""
     pulls: bool = True
     rigid: bool = False
@@ -77,17 +67,12 @@ class Law:
     @property
     def letters(self) -> tuple[str, ...]:
         """Letters of its numbers, in order."""
-        return tuple(letter for letter, _ in self.numbers.values())
+        return tuple(each.letter for each in self.numbers.values())
 
     @property
     def arguments(self) -> tuple[str, ...]:
         """Letters of what its equations take, in order: its coefficients, and numbers of the joint."""
         return self.letters + self.joint
-
-    @property
-    def further(self) -> tuple[str, ...]:
-        """Names of its numbers beside stiffness and damping."""
-        return tuple(name for name in self.numbers if name not in ("stiffness", "damping"))
 
 
 # Kelvin-Voigt, the law of Chunmei et al. (2002), equation (17): F_n = K u + C_n v_n, stored K u^2 / 2. F_n
@@ -96,8 +81,12 @@ class Law:
 _kelvin_voigt = Law(
     force=lambda m, u, v_n, K, C: (K * u + C * v_n, K * u**2 / 2),
     slopes=lambda depth, K, C: (K, C),
-    numbers={"stiffness": ("K", "N/m"), "damping": ("C", "N s/m")},
-    source="Kelvin and Voigt; Chunmei et al. (2002)",
+    numbers={
+        "stiffness": Quantity("K", "N/m", trial=1e7),
+        "damping": Quantity("C", "N s/m", least=0.0, trial=200.0),
+    },
+    formula="K u + C_n v",
+    references=("chunmei2002",),
     smooth=True,
 )
 
@@ -122,20 +111,18 @@ def _steepest(depth, K, n, chi):
     return n * spring / (depth + ROUND), chi * spring
 
 
-_STIFFNESS = {"stiffness": ("K", "1")}  # N/m^n, which files of results have no unit for
-_EXPONENT = {"exponent": ("n", "1")}
-_AT_LEAST_ONE = (lambda n: n >= 1, "an exponent of at least 1 is accepted")
+_POWER = {"stiffness": Quantity("K", "1", trial=2e9)}  # N/m^n, which files of results have no unit for
+_EXPONENT = {"exponent": Quantity("n", "1", usual=1.5, least=1.0)}
 
 # Hertz (1882): no damping, so a restitution of 1. Valid for elastic bodies whose contact is small beside
 # their radii; a shaft in a bearing of nearly its own radius conforms more than that.
 _hertz = Law(
     force=lambda m, u, v_n, K, n: _power(u, K, n),
     slopes=lambda depth, K, n: _steepest(depth, K, n, 0.0),
-    numbers=_STIFFNESS | _EXPONENT,
-    source="Hertz (1882)",
+    numbers=_POWER | _EXPONENT,
+    formula="K uⁿ",
+    references=("hertz1882",),
     push=lambda v_n, K, n: 1,
-    defaults={"exponent": 1.5},
-    limits={"exponent": _AT_LEAST_ONE},
     pulls=False,
 )
 
@@ -144,14 +131,10 @@ _hertz = Law(
 _hunt_crossley = Law(
     force=_damped,
     slopes=_steepest,
-    numbers=_STIFFNESS | _EXPONENT | {"dissipation": ("chi", "s/m")},
-    source="Hunt and Crossley (1975)",
+    numbers=_POWER | _EXPONENT | {"dissipation": Quantity("chi", "s/m", least=0.0, trial=0.3)},
+    formula="K uⁿ (1 + χ v)",
+    references=("hunt_crossley1975",),
     push=lambda v_n, K, n, chi: 1 + chi * v_n,
-    defaults={"exponent": 1.5},
-    limits={
-        "exponent": _AT_LEAST_ONE,
-        "dissipation": (lambda chi: chi >= 0, "a number of at least 0 s/m is accepted"),
-    },
 )
 
 # Laws with chi = d / v_0: a factor d, of the restitution e that is wanted, over the speed v_0 with which the
@@ -159,44 +142,44 @@ _hunt_crossley = Law(
 #     d (1 + e') = ln[(1 + d) / (1 - d e')].
 # Valid for impacts that end; in lasting contact v_0 is that of its beginning, however slow. Contacts that
 # begin more slowly than `slowest` count as beginning with that speed: chi is bounded by d / slowest.
+# Here each d(e), as it reads, and its reference.
 FACTORS = {
-    "hunt_crossley_restitution": (lambda e: 3 * (1 - e) / 2, "Hunt and Crossley (1975), of the restitution"),
+    "hunt_crossley_restitution": (lambda e: 3 * (1 - e) / 2, "3 (1 − e)/2", "hunt_crossley1975"),
     "herbert_mcwhannell": (
         lambda e: 6 * (1 - e) / ((2 * e - 1) ** 2 + 3),
-        "Herbert and McWhannell (1977)",
+        "6 (1 − e)/((2e − 1)² + 3)",
+        "herbert_mcwhannell1977",
     ),
-    "lee_wang": (lambda e: 3 * (1 - e) / 4, "Lee and Wang (1983)"),
-    "lankarani_nikravesh": (lambda e: 3 * (1 - e**2) / 4, "Lankarani and Nikravesh (1990)"),
-    "gonthier": (lambda e: (1 - e**2) / e, "Gonthier, McPhee, Lange and Piedboeuf (2004)"),
-    "zhiying_qishao": (lambda e: 3 * (1 - e**2) * exp(2 * (1 - e)) / 4, "Zhiying and Qishao (2006)"),
-    "flores": (lambda e: 8 * (1 - e) / (5 * e), "Flores, Machado, Silva and Martins (2011)"),
-    "hu_guo": (lambda e: 3 * (1 - e) / (2 * e), "Hu and Guo (2015)"),
+    "lee_wang": (lambda e: 3 * (1 - e) / 4, "3 (1 − e)/4", "lee_wang1983"),
+    "lankarani_nikravesh": (lambda e: 3 * (1 - e**2) / 4, "3 (1 − e²)/4", "lankarani_nikravesh1990"),
+    "gonthier": (lambda e: (1 - e**2) / e, "(1 − e²)/e", "gonthier2004"),
+    "zhiying_qishao": (
+        lambda e: 3 * (1 - e**2) * exp(2 * (1 - e)) / 4,
+        "3 (1 − e²) exp(2 (1 − e))/4",
+        "zhiying_qishao2006",
+    ),
+    "flores": (lambda e: 8 * (1 - e) / (5 * e), "8 (1 − e)/(5 e)", "flores2011"),
+    "hu_guo": (lambda e: 3 * (1 - e) / (2 * e), "3 (1 − e)/(2 e)", "hu_guo2015"),
 }
-SLOWEST = 1e-3  # m/s
-_UP_TO_ONE = (lambda e: 0 <= e <= 1, "a restitution from 0 to 1 is accepted")
-_MOVING = (lambda v: v > 0, "a speed above 0 m/s is accepted")
+_RESTITUTION = Quantity("dr", "1", least=0.0, most=1.0, trial=0.7)
+_SLOWEST = {"slowest": Quantity("vmin", "m/s", usual=1e-3, trial=0.01)}
 
 
-def _remembering(factor: Callable, source: str) -> Law:
+def _remembering(factor: Callable, formula: str, reference: str) -> Law:
     """A law whose damping depends on the speed at entry and the restitution wanted, by a factor d(e)."""
     try:
         factor(0.0)
-        limit = _UP_TO_ONE
+        wanted = _RESTITUTION
     except ZeroDivisionError:
-        limit = lambda e: 0 < e <= 1, "a restitution above 0, up to 1, is accepted"
+        wanted = replace(_RESTITUTION, least=None)
     return Law(
         force=lambda m, u, v_n, K, d, n, slowest, v_0: _damped(m, u, v_n, K, n, d / v_0),
         slopes=lambda depth, K, d, n, slowest: _steepest(depth, K, n, d / slowest),
-        numbers=_STIFFNESS | {"restitution": ("dr", "1")} | _EXPONENT | {"slowest": ("vmin", "m/s")},
-        source=source,
+        numbers=_POWER | {"restitution": wanted} | _EXPONENT | _SLOWEST,
+        formula=f"K uⁿ (1 + d v/v₀), d = {formula}",
+        references=(reference,),
         push=lambda v_n, K, d, n, slowest, v_0: 1 + d / v_0 * v_n,
         coefficients=lambda K, e, n, slowest: (K, factor(e), n, slowest),
-        defaults={"exponent": 1.5, "slowest": SLOWEST},
-        limits={
-            "restitution": limit,
-            "exponent": _AT_LEAST_ONE,
-            "slowest": _MOVING,
-        },
         floor="vmin",
     )
 
@@ -205,19 +188,17 @@ def _remembering(factor: Callable, source: str) -> Law:
 # Nikravesh's damping, F_n = F(u) (1 + 3 (1 - e^2)/4 v/v_0), as Pereira, Ramalho and Ambrosio (2015) do; with
 # a restitution e of 1 the spring alone. The restitution that this gives is that of the power laws, for it
 # depends on d alone whatever the spring.
-_MATERIALS = {"length": ("Lc", "m")}
+_MATERIALS = {"length": Quantity("Lc", "m", trial=0.02)}
 for _side, _letter in (("journal", "j"), ("bearing", "b")):
-    _MATERIALS |= {f"{_side}_modulus": (f"E{_letter}", "Pa"), f"{_side}_poisson_ratio": (f"nu{_letter}", "1")}
-_STEEL = {name: 2.07e11 if "modulus" in name else 0.3 for name in _MATERIALS if name != "length"}
-_FITTING = {
-    "length": (lambda L: L > 0, "a length above 0 m is accepted"),
-    "modulus": (lambda E: E > 0, "a modulus above 0 Pa is accepted"),
-    "ratio": (lambda nu: -1 < nu <= 0.5, "a ratio above -1, up to 0.5, is accepted"),
-}
+    _MATERIALS |= {  # steel, if nothing else is said
+        f"{_side}_modulus": Quantity(f"E{_letter}", "Pa", usual=2.07e11),
+        f"{_side}_poisson_ratio": Quantity(f"nu{_letter}", "1", usual=0.3, above=-1.0, most=0.5),
+    }
 
 
-def _cylindrical(form: Callable, spring: Callable, bounds: Callable, source: str, ends: bool) -> Law:
+def _cylindrical(form: Callable, spring: Callable, bounds: Callable, reference: str) -> Law:
     """A law whose spring is that of a journal in its bearing, `form` giving the two numbers of the spring."""
+    ends = spring is cylinders.logarithmic
 
     def of(L, E_j, nu_j, E_b, nu_b, d, slowest, e, R):
         return form(L, cylinders.modulus(E_j, nu_j, E_b, nu_b), R, e)
@@ -234,13 +215,11 @@ def _cylindrical(form: Callable, spring: Callable, bounds: Callable, source: str
     return Law(
         force=force,
         slopes=slopes,
-        numbers=_MATERIALS | {"restitution": ("dr", "1"), "slowest": ("vmin", "m/s")},
-        source=source,
+        numbers=_MATERIALS | {"restitution": replace(_RESTITUTION, usual=1.0)} | _SLOWEST,
+        formula="F(u) (1 + d v/v₀): [a cylinder in a cylinder](#cylinders-in-cylinders)",
+        references=(reference, "pereira2015"),
         push=lambda v_n, *given: 1 + given[5] / given[-1] * v_n,
         coefficients=lambda *n: (*n[:5], FACTORS["lankarani_nikravesh"][0](n[5]), n[6]),
-        defaults=_STEEL | {"restitution": 1.0, "slowest": SLOWEST},
-        limits={name: _FITTING[name.split("_")[-1]] for name in _MATERIALS}
-        | {"restitution": _UP_TO_ONE, "slowest": _MOVING},
         floor="vmin",
         joint=("e", "R"),
         deepest=(lambda *given: of(*given)[1]) if ends else None,
@@ -253,9 +232,9 @@ def _cylindrical(form: Callable, spring: Callable, bounds: Callable, source: str
 _restitution = Law(
     force=None,
     slopes=None,
-    numbers={"restitution": ("r", "1")},
-    source="Newton (1687)",
-    limits={"restitution": _UP_TO_ONE},
+    numbers={"restitution": replace(_RESTITUTION, letter="r")},
+    formula="none: impacts",
+    references=("leine_nijmeijer2004", "nordmark_piiroinen2009"),
     pulls=False,
     rigid=True,
     smooth=True,
@@ -263,15 +242,17 @@ _restitution = Law(
 
 LAWS = {"kelvin_voigt": _kelvin_voigt, "hertz": _hertz, "hunt_crossley": _hunt_crossley}
 LAWS |= {name: _remembering(*each) for name, each in FACTORS.items()}
-for _name, _spring, _bounds, _source in (
-    ("johnson", cylinders.logarithmic, cylinders.logarithmic_slope, "Johnson (1985)"),
-    (
-        "dubowsky_freudenstein",
-        cylinders.logarithmic,
-        cylinders.logarithmic_slope,
-        "Dubowsky and Freudenstein (1971)",
-    ),
-    ("liu", cylinders.conforming, cylinders.conforming_slope, "Liu, Zhang and Yang (2007)"),
-):
-    LAWS[_name] = _cylindrical(getattr(cylinders, _name), _spring, _bounds, _source, _name != "liu")
+LAWS |= {
+    name: _cylindrical(getattr(cylinders, name), spring, bounds, reference)
+    for name, spring, bounds, reference in (
+        ("johnson", cylinders.logarithmic, cylinders.logarithmic_slope, "johnson1985"),
+        (
+            "dubowsky_freudenstein",
+            cylinders.logarithmic,
+            cylinders.logarithmic_slope,
+            "dubowsky_freudenstein1971",
+        ),
+        ("liu", cylinders.conforming, cylinders.conforming_slope, "liu2007"),
+    )
+}
 LAWS["restitution"] = _restitution

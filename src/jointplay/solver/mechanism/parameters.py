@@ -175,13 +175,12 @@ def _declared(mechanism: Mechanism, key: str) -> tuple[FieldInfo | None, str, st
     record, law, own = mechanism, {}, "1"
     for step in path:
         record = below(record)[step]
-        law = LAWS[record.law].numbers if isinstance(record, Contact) else law
-        if isinstance(record, Friction):
-            law = {name: ("", each.units) for name, each in FRICTIONS[record.law].numbers.items()}
+        if laws := {Contact: LAWS, Friction: FRICTIONS}.get(type(record)):
+            law = {name: each.units for name, each in laws[record.law].numbers.items()}
         own = getattr(record, "units", own)
     field = getattr(type(record) if path else Changes, "model_fields", {}).get(last)
     of_part = path and path[0] in PARTS
     whose = f" of {PARTS[path[0]]} {below(getattr(mechanism, path[0]))[path[1]].name}" if of_part else ""
     units = (getattr(field, "json_schema_extra", None) or {}).get("units", "1")
-    _, units = law.get(last, ("", own if units == FORCES else units))
+    units = law.get(last, own if units == FORCES else units)
     return field, units, (getattr(field, "description", None) or last.replace("_", " ")) + whose

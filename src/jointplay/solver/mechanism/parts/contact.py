@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, Self
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
-from jointplay.display.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.display.accepted import from_pydantic
+from jointplay.display.errors import InputError, unknown
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism.base import (
     Flag,
@@ -19,7 +20,14 @@ from jointplay.solver.mechanism.base import (
     is_number,
     measured,
 )
-from jointplay.solver.mechanism.measures import in_si
+from jointplay.solver.mechanism.parts.quantity import checked_numbers
+
+_BESIDE = ("stiffness", "damping")  # numbers of laws that are fields of their own
+
+
+def place_of(number: str) -> str:
+    """Key of a law's number in the record."""
+    return number if number in _BESIDE else f"parameters.{number}"
 
 
 class Contact(Record):
@@ -42,20 +50,10 @@ class Contact(Record):
     """
 
     law: Annotated[str, Field(json_schema_extra={"enum": [*LAWS]})] = "kelvin_voigt"
-    stiffness: Positive | None = measured("contact stiffness", "N/m", None, validate_default=True)
-    damping: NonNegative | None = measured("contact damping", "N s/m", None, validate_default=True)
-    parameters: dict[Name, Number] = Field({}, validate_default=True)
+    stiffness: Positive | None = measured("contact stiffness", "N/m", None)
+    damping: NonNegative | None = measured("contact damping", "N s/m", None)
+    parameters: dict[Name, Number] = Field({})
     tension: Flag = True
-
-    @classmethod
-    def _further_units(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
-        law = LAWS.get(data.get("law")) if isinstance(data.get("law"), str) else None
-        if law is None or "exponent" not in law.numbers:
-            return {}
-        given = data.get("parameters")
-        power = given.get("exponent") if isinstance(given, Mapping) else None
-        power = law.defaults.get("exponent") if power is None else power
-        return {"stiffness": f"N/m^{power:g}"} if is_number(power) else {}
 
     @field_validator("law")
     @classmethod
@@ -64,38 +62,29 @@ class Contact(Record):
             raise InputError([unknown("", law, law, LAWS, "law")])
         return law
 
-    @field_validator("stiffness", "damping")
+    @model_validator(mode="wrap")
     @classmethod
-    def _of_a_law_that_has_it(cls, value: float | None, info: ValidationInfo) -> float | None:
-        law, name = info.data.get("law"), str(info.field_name)  # none: an unknown law is a problem of its own
-        if law and value is None and name in LAWS[law].numbers:
-            raise refuse(NOTHING, f"law {law} needs a contact {name} {_BOUND[name]}")
-        if law and value is not None and name not in LAWS[law].numbers:
-            others = (n for n in LAWS[law].numbers if n not in _BOUND or n != name)
-            has = ", ".join(n if n in _BOUND else f"parameters.{n}" for n in others)
-            raise refuse(value, f"law {law} has no {name}; it has {has}")
-        return value
-
-    @field_validator("parameters", mode="before")
-    @classmethod
-    def _in_their_units(cls, parameters: Any, info: ValidationInfo) -> Any:
-        numbers = LAWS[info.data["law"]].numbers if "law" in info.data else {}
-        return in_si(parameters, {name: units for name, (_, units) in numbers.items()})
-
-    @field_validator("parameters")
-    @classmethod
-    def _of_the_law(cls, parameters: dict[str, float], info: ValidationInfo) -> dict[str, float]:
-        problems = [*_problems(info.data["law"], parameters)] if info.data.get("law") else []
+    def _of_the_law(cls, data: Any, handler: Callable[[Any], Self]) -> Self:
+        if not isinstance(data, Mapping) or not isinstance(data.get("parameters", {}), Mapping):
+            return handler(data)
+        law, further = data.get("law", "kelvin_voigt"), data.get("parameters", {})
+        given = {key: data.get(key) for key in _BESIDE} | {place_of(name): x for name, x in further.items()}
+        values, problems = checked_numbers(law, LAWS, given, place=place_of, units=_per_power(law, further))
+        own = {key: values.get(key) for key in _BESIDE}
+        own["parameters"] = {name: values[place_of(name)] for name in further if place_of(name) in values}
+        try:
+            record = handler({**data, **own})
+        except ValidationError as error:
+            problems = [*from_pydantic(error, cls).problems, *problems]
         if problems:
             raise InputError(problems)
-        return parameters
+        return record
 
     @property
     def numbers(self) -> dict[str, float]:
         """Numbers of the law by name, in its order."""
-        law = LAWS[self.law]
-        own = law.defaults | {"stiffness": self.stiffness, "damping": self.damping} | self.parameters
-        return {name: own[name] for name in law.numbers}
+        own = {"stiffness": self.stiffness, "damping": self.damping} | self.parameters
+        return {name: own.get(name, each.usual) for name, each in LAWS[self.law].numbers.items()}
 
     @property
     def coefficients(self) -> dict[str, float]:
@@ -106,7 +95,7 @@ class Contact(Record):
     @property
     def description(self) -> str:
         """The law and its numbers, in a few words."""
-        units = [unit for _, unit in LAWS[self.law].numbers.values()]
+        units = [each.units for each in LAWS[self.law].numbers.values()]
         numbers = [*self.numbers.items()]
         if self.law == "kelvin_voigt":
             told = (f"{value:g} {unit}" for (_, value), unit in zip(numbers, units, strict=True))
@@ -122,17 +111,8 @@ class Contact(Record):
         return hash((self.law, *self.numbers.values(), self.tension))
 
 
-_BOUND = {"stiffness": "greater than 0 N/m", "damping": "of at least 0 N s/m"}
-
-
-def _problems(name: str, given: dict[str, float]) -> Iterator[Problem]:
-    """What is wrong with the further numbers of a law."""
-    law = LAWS[name]
-    for key in given:
-        if key not in law.further:
-            yield unknown(key, given[key], key, law.further)
-        elif key in law.limits and not law.limits[key][0](given[key]):
-            yield Problem(key, given[key], law.limits[key][1])
-    for key in law.further:
-        if key not in given and key not in law.defaults:
-            yield Problem(key, NOTHING, f"a number is needed here, of the law {name}")
+def _per_power(law: Any, further: Mapping[str, Any]) -> dict[str, str]:
+    """Units of the stiffness of a law with a power of u, N/m^n."""
+    numbers = LAWS[law].numbers if isinstance(law, str) and law in LAWS else {}
+    power = further.get("exponent", numbers["exponent"].usual) if "exponent" in numbers else None
+    return {"stiffness": f"N/m^{power:g}"} if is_number(power) else {}

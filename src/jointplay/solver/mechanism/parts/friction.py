@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Self
 
 from pydantic import ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from jointplay.display.accepted import from_pydantic
-from jointplay.display.errors import NOTHING, InputError, Problem, unknown
-from jointplay.solver.equations.friction import FRICTIONS, FrictionLaw, Quantity
-from jointplay.solver.mechanism.base import NonNegative, Record, is_number, measured
-from jointplay.solver.mechanism.measures import in_si
+from jointplay.display.errors import InputError, unknown
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.mechanism.base import NonNegative, Record, measured
+from jointplay.solver.mechanism.parts.quantity import checked_numbers
 
 
 def _with_numbers(schema: dict[str, Any]) -> None:
@@ -61,15 +61,11 @@ class Friction(Record):
         if not isinstance(data, Mapping):
             return handler(data)
         fields = {name: value for name, value in data.items() if name in cls.model_fields}
-        given = {n: value for n, value in data.items() if n not in fields and value is not None}
-        name = data.get("law", "coulomb")
-        law = FRICTIONS.get(name) if isinstance(name, str) else None
-        given = in_si(given, {n: each.units for n, each in law.numbers.items()} if law else {})
-        problems = list(_number_problems(name, law, fields, given))
-        if law and not problems:
-            given = {n: float(given.get(n, each.usual)) for n, each in law.numbers.items()}
+        given = {name: value for name, value in data.items() if name not in fields}
+        beside = dict.fromkeys(cls.model_fields) | fields
+        own, problems = checked_numbers(data.get("law", "coulomb"), FRICTIONS, given, beside)
         try:
-            record = handler(fields | given)
+            record = handler(fields | own)
         except ValidationError as error:
             problems = [*from_pydantic(error, cls).problems, *problems]
         if problems:
@@ -101,43 +97,6 @@ class Friction(Record):
         told = [f"{n.replace('_', ' ')} {x:g} {units[n]}".removesuffix(" 1") for n, x in self.numbers.items()]
         law = "" if self.law == "coulomb" else f" ({', '.join([self.law, *told])})"
         return f"{self.coefficient:g}{law}"
-
-
-def _number_problems(
-    name: Any, law: FrictionLaw | None, fields: Mapping[str, Any], given: Mapping[str, Any]
-) -> Iterator[Problem]:
-    """Problems of the numbers that are no fields of the record; of an unknown law only names."""
-    own: Mapping[str, Quantity] = law.numbers if law else {}
-    for key, value in given.items():
-        laws = [other for other, each in FRICTIONS.items() if key in each.numbers]
-        if key not in own and not laws:
-            yield unknown(str(key), value, key, (*Friction.model_fields, *own))
-        elif key not in own and law:
-            yield Problem(key, value, f"accepted only with law = {' or '.join(map(repr, laws))}")
-    for key, each in own.items():
-        value, bound = given.get(key, NOTHING), (fields | given).get(each.above)
-        missing = value is NOTHING and each.usual is None
-        if missing or (value is not NOTHING and not _within(each, value, bound)):
-            yield Problem(key, value, f"{_accepted(key, each, bound)} of friction law {name} is accepted")
-
-
-def _within(each: Quantity, value: Any, bound: Any) -> bool:
-    if not is_number(value) or not (value > 0 if each.least is None else value >= each.least):
-        return False
-    beyond = is_number(bound) and (value < bound or (value == bound and not each.or_equal))
-    return not beyond and (each.most is None or value <= each.most)
-
-
-def _accepted(key: str, each: Quantity, bound: Any) -> str:
-    """What a number may be, as ``a stribeck velocity greater than 0 m/s``."""
-    unit = "" if each.units == "1" else f" {each.units}"
-    words = ["greater than 0" if each.least is None else f"of at least {each.least:g}"]
-    words += [f"at most {each.most:g}"] if each.most is not None else []
-    text = f"{'an' if key[0] in 'aeiou' else 'a'} {key.replace('_', ' ')} {' and '.join(words)}{unit}"
-    if not each.above:
-        return text
-    value = f" ({bound:g}{unit})" if is_number(bound) else ""
-    return f"{text} and {'not below' if each.or_equal else 'above'} the {each.above.replace('_', ' ')}{value}"
 
 
 FRICTIONLESS = Friction(coefficient=0.0)
