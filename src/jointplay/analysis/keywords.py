@@ -24,6 +24,7 @@ from pydantic import (
     ValidationInfo,
     field_validator,
 )
+from typing_extensions import TypedDict  # that of `typing` forgets its bases before Python 3.12
 
 from jointplay.analysis.own_units import in_own_units
 from jointplay.display.errors import Problem, refuse, warn
@@ -32,8 +33,10 @@ from jointplay.solver.mechanism import plausible
 from jointplay.solver.mechanism.assemble import journal_distances
 from jointplay.solver.mechanism.base import (
     Angle,
+    Count,
     Flag,
     Name,
+    Natural,
     NonNegative,
     Number,
     Positive,
@@ -45,7 +48,7 @@ from jointplay.solver.mechanism.base import (
 )
 from jointplay.solver.mechanism.loops import turning
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
-from jointplay.solver.mechanism.signature import Rule, checked
+from jointplay.solver.mechanism.signature import Rule, Usual, checked, unpack
 from jointplay.solver.motion.looks import reported
 
 P = ParamSpec("P")
@@ -58,16 +61,21 @@ _START = "a table of crank_angle, crank_speed, or a list of numbers (the state),
 _PLANE = "a table of two coordinates, each a rising list of numbers or a table of start, stop and num,"
 
 
-def analysis(*rules: Rule, **more: Any) -> Callable[[Callable[P, T]], Callable[P, T]]:
+def analysis(
+    *rules: Rule, usual: Mapping[str, Any] | None = None, **more: Any
+) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Make a function an analysis: its signature checks each call, its `progress` is called as time passes.
 
     Parameters
     ----------
     *rules, **more
         As in `checked`: rules of which keywords fit together, and the mechanism.
+    usual : mapping of str to object, optional
+        Defaults of shared settings (`Motion`) that are this analysis' own.
     """
 
     def decorated(function: Callable[P, T]) -> Callable[P, T]:
+        unpack(function, usual or {})
         before = partial(_as_meant, "period" in signature(function).parameters)
         check = checked(*rules, _turns_as_driven(function), before=before, after=_warned, **more)
         return check(_signed(reported(function)))
@@ -268,3 +276,63 @@ Plane = Annotated[dict[str, _table_or_list(Span, list[Number], _PLANE)], accepts
 Progress = Annotated[
     Flag | Callable[[float], None] | None, accepts("true, false, or a function of the fraction done")
 ]
+
+
+class Integration(TypedDict, total=False):
+    """How equations of motion are integrated.
+
+    Parameters
+    ----------
+    rtol : float
+        Tolerated error of a step, relative to 1 rad, to the longest link, and to the speeds.
+    max_steps : int, optional
+        Attempted steps after which a run stops with status ``step_limit``.
+    progress : callable, optional
+        Called with the fraction done.
+    """
+
+    rtol: Annotated[Rtol, Usual(1e-8)]
+    max_steps: Annotated[Natural | None, Usual(None)]
+    progress: Annotated[Progress, Usual(None)]
+
+
+class Motion(Integration, total=False):
+    """A motion from a start.
+
+    Parameters
+    ----------
+    initial : mapping or sequence, optional
+        Start: ``crank_angle`` (rad), ``crank_speed`` (rad/s) and ``branch`` of the ideal mechanism, or
+        ``angle`` and ``angular_velocity`` by link; of a test system, its state. `simulate`, `spectrum`,
+        sweeps, orbits and gradients take a whole state too, as an ``end_state``.
+    """
+
+    initial: Annotated[Start | None, Usual(None)]
+
+
+class Lasting(Motion, total=False):
+    """A motion of any length.
+
+    Parameters
+    ----------
+    turns, duration : float
+        Length after the transient: nominal turns of the crank (or forcing periods), or s. One of them.
+    transient : float
+        Turns that are followed first.
+    """
+
+    turns: Annotated[Length | None, Usual(None)]
+    duration: Annotated[Duration | None, Usual(None)]
+    transient: Annotated[Before, Usual(0)]
+
+
+class Settling(Motion, total=False):
+    """A motion that is left to settle.
+
+    Parameters
+    ----------
+    transient : int
+        Turns (or periods of the forcing) that are followed first.
+    """
+
+    transient: Annotated[Count, Usual(100)]

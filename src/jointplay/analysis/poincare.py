@@ -4,28 +4,18 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
 from jointplay.analysis import rates, rules
 from jointplay.analysis.evaluate import beyond_the_model, dataset, joint_flags, scalars
 from jointplay.analysis.exponents.frame_growth import followed_together
-from jointplay.analysis.keywords import (
-    Before,
-    Duration,
-    Length,
-    Moving,
-    Names,
-    Progress,
-    Rtol,
-    Start,
-    analysis,
-)
+from jointplay.analysis.keywords import Lasting, Moving, Names, analysis
 from jointplay.analysis.labels import coded, described
 from jointplay.analysis.partial import evaluated
 from jointplay.analysis.quantities import EVENTS, recorded
-from jointplay.solver.mechanism.base import Flag, Natural
+from jointplay.solver.mechanism.base import Flag
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Section
 from jointplay.solver.motion.company import beside, in_company
@@ -47,15 +37,9 @@ def poincare(
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
     *,
-    turns: Length | None = None,
-    duration: Duration | None = None,
-    transient: Before = 0,
-    rtol: Rtol = 1e-8,
     record: Names | None = None,
-    initial: Start | None = None,
-    max_steps: Natural | None = None,
     ensemble: Flag | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Lasting],
 ) -> xr.Dataset:
     """Cut a motion with a surface.
 
@@ -66,11 +50,9 @@ def poincare(
     section : Section
         Crank angle (of a forced test system, phase of the forcing), contact, separation, or a plane of a
         recorded quantity.
-    turns, duration : float
-        Length after the transient: turns of the crank (or forcing periods), or s. One of them.
     transient : float
         Turns that are followed first; they take no memory.
-    rtol, record, initial, max_steps, progress
+    record : sequence of str, optional
         As in `simulate`.
     ensemble : bool, optional
         Whether to follow the motion as an ensemble does, beside those of other cells of a `[vary]`. If left
@@ -88,18 +70,22 @@ def poincare(
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     names = recorded(record, mechanism)
-    model = rules.model_for(mechanism, initial, section, names)
-    counted = isinstance(section, CrankAngle) and turns is not None
-    begin = transient * model.period
-    end = begin + (duration if turns is None else turns * model.period)
-    fields = rules.section_fields(section, model, math.ceil(transient) if counted else 0)
+    model = rules.model_for(mechanism, motion["initial"], section, names)
+    counted = isinstance(section, CrankAngle) and motion["turns"] is not None
+    begin, end = rules.span(model, motion)
+    before = math.ceil(motion["transient"])
+    fields = rules.section_fields(section, model, before if counted else 0)
     if counted:
-        fields["stop_after"] = math.ceil(transient) + math.ceil(turns)
+        fields["stop_after"] = before + math.ceil(motion["turns"])
         end *= rules.SLACK
-    request = Request(end, rtol, max_steps=rules.steps(max_steps), rates=rates.needed(names), **fields)
-    records = in_company(ensemble, partial(follow, model, request, progress), followed_together)
+    limit = rules.steps(motion["max_steps"])
+    request = Request(end, motion["rtol"], max_steps=limit, rates=rates.needed(names), **fields)
+    run = partial(follow, model, request, motion["progress"])
+    records = in_company(ensemble, run, followed_together)
     first = -math.inf if counted else begin
-    return evaluated(records, len(records.sections), "turn", partial(_dataset, model, rtol, names, first))
+    return evaluated(
+        records, len(records.sections), "turn", partial(_dataset, model, motion["rtol"], names, first)
+    )
 
 
 def _dataset(

@@ -132,6 +132,12 @@ def too_many(given: Mapping[str, float | None], period: float = 1.0, root: str =
         yield Problem(join(root, first), factors[first], expected)
 
 
+def span(model: Model, motion: Mapping[str, Any]) -> tuple[float, float]:
+    """Ends of the transient and of the whole of a motion of any length (`keywords.Lasting`), s."""
+    begin, turns = motion["transient"] * model.period, motion["turns"]
+    return begin, begin + (motion["duration"] if turns is None else turns * model.period)
+
+
 def steps(max_steps: int | None) -> int:
     """The number of attempts after which a run stops."""
     return MAX_STEPS if max_steps is None else max_steps

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import AfterValidator
@@ -20,18 +20,7 @@ from jointplay.analysis.evaluate import (
     scalars,
 )
 from jointplay.analysis.exponents.section_exponents import timeless
-from jointplay.analysis.keywords import (
-    Before,
-    Duration,
-    Length,
-    Moving,
-    Names,
-    Progress,
-    Rtol,
-    Start,
-    analysis,
-    listed,
-)
+from jointplay.analysis.keywords import Lasting, Moving, Names, analysis, listed
 from jointplay.analysis.labels import coded, described, labelled
 from jointplay.analysis.orbits.orbit_request import start_fits
 from jointplay.analysis.partial import MOST, evaluated
@@ -118,19 +107,13 @@ def _samples_fit(
 def simulate(
     mechanism: Moving,
     *,
-    turns: Length | None = None,
-    duration: Duration | None = None,
-    transient: Before = 0,
-    rtol: Rtol = 1e-8,
     record: Names | None = None,
     samples_per_turn: Natural | None = None,
     windows: Windows | None = None,
     at: Times | None = None,
     steps: Flag = False,
-    initial: Start | None = None,
     section: Section | None = None,
-    max_steps: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Lasting],
 ) -> xr.Dataset:
     """Follow a motion and record its time histories.
 
@@ -138,12 +121,8 @@ def simulate(
     ----------
     mechanism : Mechanism or TestSystem
         What moves.
-    turns, duration : float
-        Length after the transient: nominal turns of the crank (or forcing periods), or s. One of them.
     transient : float
         Turns that are followed first and not recorded.
-    rtol : float
-        Tolerated error of a step, relative to 1 rad, to the longest link, and to the speeds.
     record : sequence of str, optional
         Names of the quantities to record; the usual ones if left out.
     samples_per_turn : int, optional
@@ -155,15 +134,8 @@ def simulate(
         Times to sample instead, s, from the start of the motion and none after its end.
     steps : bool
         True: record at the integrator's own points instead, both sides of every event.
-    initial : mapping or sequence, optional
-        Start: ``crank_angle`` (rad), ``crank_speed`` (rad/s) and ``branch`` of the ideal mechanism, or
-        ``angle`` and ``angular_velocity`` by link; of a test system, its state; or an ``end_state``.
     section : Section, optional
         Where the motion is cut; the points are recorded beside the histories as ``section_…``.
-    max_steps : int, optional
-        Attempted steps after which the run stops with status ``step_limit``.
-    progress : callable, optional
-        Called with the fraction done.
 
     Returns
     -------
@@ -182,12 +154,12 @@ def simulate(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    if windows is not None and turns is None:
-        turns = windows[-1][1]
+    if windows is not None and motion["turns"] is None:
+        motion["turns"] = windows[-1][1]
     names = recorded(record, mechanism)
-    model = placed(mechanism, initial, section, any(name in names for name in BALANCE))
-    begin = (windows[0][0] if windows else transient) * model.period
-    end = transient * model.period + (duration if turns is None else turns * model.period)
+    model = placed(mechanism, motion["initial"], section, any(name in names for name in BALANCE))
+    begin, end = rules.span(model, motion)
+    begin = windows[0][0] * model.period if windows else begin
     many = SAMPLES_PER_TURN if samples_per_turn is None else samples_per_turn
     times, number = _times(at, steps, many, begin, end, model.period), None
     spans = [(begin, end)]
@@ -200,17 +172,17 @@ def simulate(
     order = np.argsort(every, kind="stable")
     request = Request(
         duration=end,
-        rtol=rtol,
+        rtol=motion["rtol"],
         at=every[order],
         log_from=begin,
         steps=steps or even is not None,
         events=True,
-        max_steps=rules.steps(max_steps),
+        max_steps=rules.steps(motion["max_steps"]),
         rates=rates.needed([*names, *sized]),
         **rules.section_fields(section, model, 0),
     )
 
-    records = follow(model, request, progress)
+    records = follow(model, request, motion["progress"])
     asked = order[: len(records.samples)] < len(times)
     every_row = records.steps[:, 2:] if steps else records.samples[asked]
 
@@ -223,14 +195,14 @@ def simulate(
         if sought:
             parts = [records.steps[recorded_spans.between(records.steps, model.period), 2:]]
             parts += [] if shared else [records.samples[~asked]]
-        history, *looked = rates.together(model, rtol, records, rows, *parts)
+        history, *looked = rates.together(model, motion["rtol"], records, rows, *parts)
         variables = history.variables(names, "time")
         if sought:
             own, at_even = looked if len(looked) > 1 else (*looked, history)
             known = variables if shared else None
             stated |= recorded_spans.largest(own, at_even, sized, reached, known)
         begun = begin if section else None
-        result = _dataset(model, rtol, records, history, names, variables | stated, begun)
+        result = _dataset(model, motion["rtol"], records, history, names, variables | stated, begun)
         return result if number is None else marked(result, number[::step], windows, model.period)
 
     return evaluated(records, len(every_row), "time", labelled_every)

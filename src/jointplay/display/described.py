@@ -1,8 +1,11 @@
 """Descriptions of parameters and fields, as the docstrings of functions and records give them."""
 
 import re
-from inspect import getdoc, isclass
+from collections.abc import Iterable
+from inspect import cleandoc, getdoc, isclass
 from typing import Any
+
+_HEAD = "Parameters\n----------\n"
 
 
 def descriptions(documented: Any) -> dict[str, str]:
@@ -25,10 +28,28 @@ def descriptions(documented: Any) -> dict[str, str]:
     return _parameters(getdoc(documented) or "")
 
 
+def with_parameters(doc: str | None, *more: type) -> str:
+    """A docstring whose parameters are followed by those of classes, but for what it describes itself."""
+    text = cleandoc(doc or "")
+    known, told = {*_parameters(text)}, ""
+    for names, kind, about in (each for one in more for each in _paragraphs(getdoc(one) or "")):
+        left = [name for name in names.split(", ") if name not in known]
+        told += f"\n{', '.join(left)}{kind}\n{about.rstrip()}" if left else ""
+        known |= {*left}
+    before, head, after = text.partition(_HEAD)
+    own, gap, rest = after.partition("\n\n")
+    return before + head + own + told + gap + rest
+
+
+def _paragraphs(doc: str) -> Iterable[tuple[str, str, str]]:
+    """Names, kind and meaning of the parameters of a docstring, as they stand there."""
+    text = doc.partition(_HEAD)[2].partition("\n\n")[0]
+    return re.findall(r"^(\S[^:\n]*?)( :.*)?\n((?:    .*\n?)+)", text, re.M)
+
+
 def _parameters(doc: str) -> dict[str, str]:
-    text = doc.partition("Parameters\n----------\n")[2].partition("\n\n")[0]
-    paragraphs = re.findall(r"^(\S[^:\n]*?)(?: :.*)?\n((?:    .*\n?)+)", text, re.M)
-    return {name: " ".join(about.split()) for names, about in paragraphs for name in names.split(", ")}
+    found = _paragraphs(doc)
+    return {name: " ".join(about.split()) for names, _, about in found for name in names.split(", ")}
 
 
 def first_sentence(text: str) -> str:

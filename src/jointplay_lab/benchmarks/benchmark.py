@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import Unpack
 
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis
+from jointplay.analysis.keywords import Integration, Moving, Progress, analysis
 from jointplay.analysis.labels import number, outcome
 from jointplay.analysis.rules import steps
 from jointplay.display.errors import Problem
 from jointplay.solver.mechanism import catalog
-from jointplay.solver.mechanism.base import Natural
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay_lab.benchmarks import flores2010, ivp_crank, siconos_four_bar
 from jointplay_lab.benchmarks.answer import Answer
@@ -33,13 +33,10 @@ def _published(mechanism: Mechanism | TestSystem) -> list[Problem]:
     return [Problem("mechanism", mechanism, f"{known}, unchanged, is accepted: its answer is published")]
 
 
-@analysis(_published)
+@analysis(_published, usual={"rtol": 1e-12})
 def benchmark(
     mechanism: Moving,
-    *,
-    rtol: Rtol = 1e-12,
-    max_steps: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Integration],
 ) -> xr.Dataset:
     """Follow a published mechanism to where its answer is published, and compare.
 
@@ -47,8 +44,6 @@ def benchmark(
     ----------
     mechanism : Mechanism
         `catalog.ivp_crank`, `catalog.flores2010` or `catalog.siconos_four_bar`, unchanged.
-    rtol, max_steps, progress
-        As in `simulate`.
 
     Returns
     -------
@@ -62,7 +57,7 @@ def benchmark(
         If the mechanism is none whose answer is published.
     """
     began = time.perf_counter()
-    found = ANSWERS[mechanism.name](mechanism, rtol, steps(max_steps), progress)
+    found = ANSWERS[mechanism.name](mechanism, motion["rtol"], steps(motion["max_steps"]), motion["progress"])
     computed, published = (
         np.array([getattr(row, word) for row in found.rows]) for word in ("computed", "published")
     )

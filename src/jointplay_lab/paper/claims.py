@@ -29,13 +29,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import handed_out, warm
-from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
+from jointplay.analysis.keywords import Integration, Moving, analysis, listed
 from jointplay.analysis.labels import coded, number
 from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.analysis.rules import quantity
@@ -98,10 +98,8 @@ def claims(
     turns: Natural = 300,
     transient: Count = 400,
     growth_turns: Natural = 200,
-    rtol: Rtol = 1e-8,
-    max_steps: Natural | None = None,
     n_jobs: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Integration],
 ) -> xr.Dataset:
     """Compute what the paper's conclusions speak of, and grade them.
 
@@ -116,7 +114,7 @@ def claims(
         As in `readings`, for the fourth conclusion.
     rtol : float
         Relative tolerance of a step of the time histories; the fourth conclusion's motions have their own.
-    max_steps, n_jobs, progress
+    n_jobs
         As in `readings`.
 
     Returns
@@ -143,7 +141,7 @@ def claims(
     ratios = sorted({0.0, 0.01, *damping_ratios})
     elastic = {"elastic": ("coupler",), "elements": 2}
     bodies: list[dict[str, Any]] = [{"elastic": ()}, *(elastic | {"damping_ratio": r} for r in ratios)]
-    limits = {"rtol": rtol, "max_steps": max_steps}
+    limits = {key: motion[key] for key in ("rtol", "max_steps")}
     histories = [
         {"mechanism": _panel(printed, p, joints).replace(**body), "turns": STEADY[p]} | limits
         for p in PANELS
@@ -152,7 +150,7 @@ def claims(
     ]
     lengths = {"turns": turns, "transient": transient, "growth_turns": growth_turns}
     motions = [
-        {"mechanism": one, "initial": start, "max_steps": max_steps} | lengths
+        {"mechanism": one, "initial": start, "max_steps": motion["max_steps"]} | lengths
         for one in (_panel(printed, p, "clearance") for p in PANELS)
         for start in starts(one).values()
     ]
@@ -160,7 +158,7 @@ def claims(
     warm(assemble(one["mechanism"], None, quantity(CrankAngle(), one["mechanism"])) for one in motions)
     cells = [{"kind": "peaks", "keywords": one} for one in histories]
     cells += [{"kind": "character", "keywords": one} for one in motions]
-    answers = handed_out(cell, cells, progress, n_jobs)
+    answers = handed_out(cell, cells, motion["progress"], n_jobs)
     numbers = _peaks(answers[: len(histories)], ratios) | _motions(answers[len(histories) :])
     return _finished(xr.Dataset(numbers, _coordinates(ratios)))
 

@@ -8,13 +8,13 @@ reading changes one of them and leaves the others as printed.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, Unpack
 
 import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import handed_out, warm
-from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
+from jointplay.analysis.keywords import Integration, Moving, analysis, listed
 from jointplay.analysis.labels import coded, column, number
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
@@ -60,7 +60,7 @@ def unknown_names(panels: Sequence[str], readings: Sequence[str]) -> list[Proble
     ]
 
 
-@analysis(printed_fits, unknown_names)
+@analysis(printed_fits, unknown_names, usual={"rtol": RTOL})
 def readings(
     mechanism: Moving | None = None,
     *,
@@ -70,10 +70,8 @@ def readings(
     transient: Count = 400,
     growth_turns: Natural = 200,
     tolerance: Annotated[Positive, unit("tolerance of a period", "1")] = TOLERANCE,
-    rtol: Rtol = RTOL,
-    max_steps: Natural | None = None,
     n_jobs: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Integration],
 ) -> xr.Dataset:
     """Compute every panel of Figure 12 under every reading.
 
@@ -91,9 +89,7 @@ def readings(
         Spread of section points that count as one, as a fraction of the clearance.
     rtol : float
         Relative tolerance of a step; the growth is always followed at its own.
-    max_steps : int, optional
-        Attempted steps after which a run stops.
-    n_jobs, progress
+    n_jobs
         Worker processes; called with the fraction done.
 
     Returns
@@ -113,7 +109,7 @@ def readings(
     """
     printed = catalog.chunmei2002() if mechanism is None else mechanism
     common = {"turns": turns, "growth_turns": growth_turns, "tolerance": tolerance}
-    common |= {"rtol": rtol, "max_steps": max_steps}
+    common |= {key: motion[key] for key in ("rtol", "max_steps")}
     cells = [
         {"mechanism": printed.replace(clearance=PANELS[p][0], gear_ratio=PANELS[p][1]), "reading": r}
         | {"settings": common | {"transient": transient} | READINGS[r].settings}
@@ -121,7 +117,7 @@ def readings(
         for r in readings
     ]
     warm(_scenes(cells))
-    answers = handed_out(cell, cells, progress, n_jobs)
+    answers = handed_out(cell, cells, motion["progress"], n_jobs)
     return _dataset(list(panels), list(readings), answers)
 
 

@@ -18,18 +18,18 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated, Any, Unpack
 
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.keywords import Length, Moving, Progress, Rtol, Start, analysis
+from jointplay.analysis.keywords import Length, Motion, Moving, analysis
 from jointplay.analysis.labels import coded, number
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import start_fits, steps
 from jointplay.display.errors import Problem
 from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.mechanism.base import Count, Natural, Positive, unit
+from jointplay.solver.mechanism.base import Count, Positive, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.looks import seen
@@ -70,7 +70,7 @@ def _linear_contact(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
             yield Problem(key, joint.contact.law, "'kelvin_voigt' is accepted")
 
 
-@analysis(unknown_peers, _linear_contact, start_fits)
+@analysis(unknown_peers, _linear_contact, start_fits, usual={"rtol": RTOL})
 def work_precision(
     mechanism: Moving,
     *,
@@ -79,10 +79,7 @@ def work_precision(
     peers: Peers = tuple(PEERS),
     rounds: Count = ROUNDS,
     budget: Annotated[Positive, unit("CPU time for all runs", "s")] = BUDGET,
-    rtol: Rtol = RTOL,
-    initial: Start | None = None,
-    max_steps: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Motion],
 ) -> xr.Dataset:
     """Compare this package's method with other solvers on one motion.
 
@@ -103,7 +100,7 @@ def work_precision(
         CPU time for all runs, s, shared evenly by the methods. What does not fit is not run.
     rtol : float
         Tolerance of the run that is taken as the truth.
-    initial, max_steps, progress
+    max_steps
         As in `simulate`; `max_steps` is of this package's runs.
 
     Returns
@@ -124,17 +121,17 @@ def work_precision(
     from jointplay_lab.precision.truth import Truth
 
     plan = Plan(tolerances, peers)
-    model, limit = assemble(mechanism, initial), steps(max_steps)
+    model, limit = assemble(mechanism, motion["initial"]), steps(motion["max_steps"])
     end = turns * model.period
-    truth = Truth.of(model, rtol, end, limit)
+    truth = Truth.of(model, motion["rtol"], end, limit)
     rows = [
         Row(name, tolerance, contender(name, model, tolerance, end, truth, limit))
         for name in (OURS, *plan.installed)
         for tolerance in plan.tolerances
     ]
     if truth.outcome.status == "ok":
-        measure(rows, truth, rounds, budget, progress)
-    return dataset(rows, truth, plan, turns, rtol)
+        measure(rows, truth, rounds, budget, motion["progress"])
+    return dataset(rows, truth, plan, turns, motion["rtol"])
 
 
 def _values(row: Row, turns: float) -> dict[str, float]:

@@ -14,14 +14,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from operator import gt, lt
-from typing import Annotated, Any
+from typing import Annotated, Any, Unpack
 
 import numpy as np
 import xarray as xr
 from pydantic import AfterValidator
 
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.keywords import Moving, Progress, Rtol, Start, analysis, several
+from jointplay.analysis.keywords import Motion, Moving, Rtol, analysis, several
 from jointplay.analysis.labels import coded, number
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import start_fits
@@ -80,7 +80,7 @@ COMPARED = ("deflection", "angle", "reaction")
 MEASURES = (*COMPARED[:2], "force")
 
 
-@analysis(elastic_mechanism, start_fits)
+@analysis(elastic_mechanism, start_fits, usual={"rtol": RTOL})
 def scheme_comparison(
     mechanism: Moving,
     *,
@@ -92,10 +92,7 @@ def scheme_comparison(
     steps: Steps = STEPS,
     tolerances: Tolerances = TOLERANCES,
     repeats: Natural = REPEATS,
-    rtol: Rtol = RTOL,
-    max_steps: Natural | None = None,
-    initial: Start | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Motion],
 ) -> xr.Dataset:
     """Measure the paper's scheme over single turns of a mechanism with elastic links.
 
@@ -123,8 +120,6 @@ def scheme_comparison(
         Timed runs of each, the two methods in turn; the median counts.
     rtol : float
         Relative tolerance of the monolithic answer that is taken as the truth.
-    max_steps, initial, progress
-        As in `simulate`.
 
     Returns
     -------
@@ -151,7 +146,8 @@ def scheme_comparison(
         If anything asked for makes no sense, or a step is too long.
     """
     lists = clearance, start_turn, windows_per_turn, steps, tolerances
-    plan = Plan(*lists, passes, tolerance, repeats, rtol, max_steps)
+    initial, progress, rtol = motion["initial"], motion["progress"], motion["rtol"]
+    plan = Plan(*lists, passes, tolerance, repeats, rtol, motion["max_steps"])
     check_steps(mechanism, plan, initial)
     cases = [(e, turn) for e in plan.clearance for turn in plan.start_turn]
     found = []

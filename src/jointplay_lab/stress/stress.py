@@ -12,13 +12,13 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import handed_out, warm
-from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
+from jointplay.analysis.keywords import Integration, Moving, analysis, listed
 from jointplay.analysis.labels import coded, column, number
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.tangents import warm_tangents
@@ -88,7 +88,7 @@ WORDS = {
 RECORD = ("mode", "penetration", "normal_velocity", "tangential_velocity", "normal_force", "energy_residual")
 
 
-@analysis(not_drawable, unknown_variants)
+@analysis(not_drawable, unknown_variants, usual={"max_steps": MAX_STEPS})
 def stress(
     mechanism: Moving | None = None,
     *,
@@ -97,11 +97,9 @@ def stress(
     seed: Count = 0,
     variants: listed(str, f"a list of variants: {', '.join(VARIANTS)}") = FOUR_BARS,
     turns: Natural = TURNS,
-    rtol: Rtol = 1e-8,
-    max_steps: Natural | None = MAX_STEPS,
     listed: Natural = LISTED,
     n_jobs: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Integration],
 ) -> xr.Dataset:
     """Run scenes drawn from wide ranges, each at two tolerances, and judge the first run by the second.
 
@@ -123,7 +121,7 @@ def stress(
         Attempted steps after which it stops; the second may take four times as many.
     listed : int
         How many of the slowest, and of the worst, are listed with the study lines that run them again.
-    n_jobs, progress
+    n_jobs
         As in `readings`.
 
     Returns
@@ -141,11 +139,12 @@ def stress(
         Listing what does not fit.
     """
     printed = catalog.chunmei2002() if mechanism is None else mechanism
-    limit = MAX_STEPS if max_steps is None else max_steps
-    settings = {"seed": seed, "variants": tuple(variants), "turns": turns, "rtol": rtol, "max_steps": limit}
+    limit = MAX_STEPS if motion["max_steps"] is None else motion["max_steps"]
+    settings = {"seed": seed, "variants": tuple(variants), "turns": turns}
+    settings |= {"rtol": motion["rtol"], "max_steps": limit}
     cells = [{"printed": printed, "number": first + k} | settings for k in range(scenes)]
     _warm(cells)
-    answers = handed_out(cell, cells, progress, n_jobs)
+    answers = handed_out(cell, cells, motion["progress"], n_jobs)
     return dataset(printed, range(first, first + scenes), settings, answers, listed)
 
 

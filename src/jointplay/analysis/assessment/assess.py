@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 from pydantic import Field
 
@@ -20,19 +20,19 @@ from jointplay.analysis.assessment.edges import SIDES, Search, edges
 from jointplay.analysis.assessment.forces import WORK, forces
 from jointplay.analysis.assessment.settled import LASTING, plan
 from jointplay.analysis.cells import handed_out, warm
-from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Small, Start, analysis
+from jointplay.analysis.keywords import Moving, Names, Settling, Small, analysis
 from jointplay.analysis.labels import labelled, outcome
 from jointplay.analysis.starts import placed
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.display.errors import NOTHING, Problem
-from jointplay.solver.mechanism.base import Count, Natural, Number, is_number, unit
+from jointplay.solver.mechanism.base import Natural, Number, is_number, unit
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 if TYPE_CHECKING:
     import xarray as xr
 
-TURNS, TRANSIENT, LYAPUNOV_TURNS, RTOL = 20, 100, 200, 1e-7
+TURNS, LYAPUNOV_TURNS, RTOL = 20, 200, 1e-7
 REACH, STEP, ACCURACY, LASTS = 2.0, 0.0025, 1e-3, 0.01
 LOOKED_AT = 32  # turns in which a settled motion must repeat
 SPEEDS = {"motor": "gear_ratio", "speed": "speed"}  # by the kind of drive
@@ -63,7 +63,7 @@ def _along_fits(mechanism: Mechanism | TestSystem, along: Sequence[str] | None) 
             )
 
 
-@analysis(_assessable, _along_fits, rules.start_fits, rules.turns_alike)
+@analysis(_assessable, _along_fits, rules.start_fits, rules.turns_alike, usual={"rtol": RTOL})
 def assess(
     mechanism: Moving,
     *,
@@ -73,13 +73,9 @@ def assess(
     accuracy: Annotated[Small, unit("relative width", "1")] = ACCURACY,
     lasting: Annotated[Small, unit("relative width", "1")] = LASTS,
     turns: Annotated[Natural, Field(ge=2)] = TURNS,
-    transient: Count = TRANSIENT,
     lyapunov_turns: Natural = LYAPUNOV_TURNS,
-    rtol: Rtol = RTOL,
-    initial: Start | None = None,
-    max_steps: Natural | None = None,
     n_jobs: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Settling],
 ) -> xr.Dataset:
     """Assess a linkage with clearance: forces, losses, and how far it is from other motions.
 
@@ -100,16 +96,12 @@ def assess(
     lasting : float
         Share of the parameter over which a change of a chaotic motion has to last. One that does not is a
         window in chaos.
-    turns, transient : int
-        Turns over which forces are recorded, and turns dropped before the motion is looked at.
+    turns : int
+        Turns over which forces are recorded.
     lyapunov_turns : int
         Turns over which the present motion's exponent is averaged; 0.3 of them at other values.
-    rtol, initial, max_steps
-        As in `bifurcation`.
     n_jobs : int, optional
         Worker processes, 2 if left out.
-    progress : callable, optional
-        Called with the fraction done.
 
     Returns
     -------
@@ -136,8 +128,9 @@ def assess(
         Listing everything that makes no sense; numerical trouble is a status instead.
     """
     began = time.perf_counter()
-    how = plan(transient, LOOKED_AT, lyapunov_turns, rtol, max_steps)
+    how = plan(motion["transient"], LOOKED_AT, lyapunov_turns, motion["rtol"], motion["max_steps"])
     ideal = mechanism.replace(clearance=0.0)
+    initial, lasted = motion["initial"], LASTING[0] * motion["transient"]
     model = placed(mechanism, initial)
     warm([model, rules.model_for(mechanism, initial, None, WORK), placed(ideal, None)])
     warm_tangents(model)
@@ -147,13 +140,17 @@ def assess(
     sides = {"mechanism": mechanism, "start": initial, "search": Search(reach, step, accuracy, lasting)}
     cells = [work, work | {"mechanism": ideal, "start": None}]
     cells += [sides | {"key": key, "side": side} for key in keys for side in SIDES]
-    answers = handed_out(answered, [each | {"how": how} for each in cells], progress, n_jobs)
+    answers = handed_out(answered, [each | {"how": how} for each in cells], motion["progress"], n_jobs)
     result = assess_dataset.assembled(mechanism, keys, answers)
     told = {
         "preparation": (ready - began, "s", "time to compile or load functions"),
         "step": (step, "1", "relative distance of the values looked at first"),
         "lasting_share": (lasting, "1", "share of the parameter over which a change of chaos lasts"),
-        "lasting_turns": (LASTING[0] * transient, "1", "turns that chaos lasted, beside a chaotic motion"),
+        "lasting_turns": (
+            lasted,
+            "1",
+            "turns that chaos lasted, beside a chaotic motion",
+        ),
     }
     return result.assign(labelled(told) | outcome(assess_dataset.status(answers), began, "how it ended"))
 

@@ -17,7 +17,7 @@ import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 from pydantic import Field
 
@@ -26,7 +26,7 @@ from jointplay.analysis.cells import first_bad, growing, handed_out, warm
 from jointplay.analysis.coexisting import attractors_dataset, passes, special_points
 from jointplay.analysis.coexisting.identity import identities
 from jointplay.analysis.coexisting.region import Region, one_parameter, region_fits
-from jointplay.analysis.keywords import JointName, Moving, Names, Progress, Rtol, Start, analysis
+from jointplay.analysis.keywords import JointName, Moving, Names, Settling, analysis
 from jointplay.analysis.labels import outcome
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.states.ends import Observation
@@ -46,7 +46,7 @@ from jointplay.solver.motion.looks import part
 if TYPE_CHECKING:
     import xarray as xr
 
-STARTS, TURNS, TRANSIENT, PATIENCE, LYAPUNOV_TURNS = 1000, 64, 100, 4, 100
+STARTS, TURNS, PATIENCE, LYAPUNOV_TURNS = 1000, 64, 4, 100
 TOLERANCE, REACH = 1e-3, 0.2
 ROUNDS = 200  # of carrying, at most
 SHARES = (0.0, 0.7, 0.8, 1.0)  # of the progress: seeding, carrying, describing
@@ -65,6 +65,7 @@ def _start_fits(varied: Mechanism | TestSystem, initial: Any) -> None:
     _start_fits,
     lanes_fit,
     varied=at_largest,
+    usual={"rtol": RTOL},
 )
 def attractors(
     mechanism: Moving,
@@ -76,7 +77,6 @@ def attractors(
     seed: Count = 0,
     carry: Flag = True,
     turns: Annotated[Natural, Field(ge=REPEATS)] = TURNS,
-    transient: Count = TRANSIENT,
     patience: Count = PATIENCE,
     tolerance: Annotated[Positive, unit("tolerance", "1")] = TOLERANCE,
     reach: Annotated[Positive, unit("reach", "1")] = REACH,
@@ -84,12 +84,9 @@ def attractors(
     exponents: Flag = True,
     lyapunov_turns: Natural = LYAPUNOV_TURNS,
     bifurcations: Flag = False,
-    rtol: Rtol = RTOL,
-    initial: Start | None = None,
-    max_steps: Natural | None = None,
     ensemble: Flag | None = None,
     n_jobs: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Settling],
 ) -> xr.Dataset:
     """Follow the motions that exist beside each other over a parameter, with their fractions of the starts.
 
@@ -109,7 +106,7 @@ def attractors(
         Which starts.
     carry : bool
         Whether motions are carried to neighbouring values, which finds those with narrow basins.
-    turns, transient, patience, tolerance
+    turns, patience, tolerance
         As in `basins`. A start is left earlier where it has reached a motion that is known already, or where
         others show that it is bound for one.
     reach : float
@@ -123,8 +120,10 @@ def attractors(
         Nominal turns over which it is averaged.
     bifurcations : bool
         Whether periodic motions are followed as orbits, as by `continuation`, for what changes on them.
-    rtol, initial, max_steps, ensemble, n_jobs, progress
-        As in `basins`; `initial` is the start that the region goes through.
+    ensemble, n_jobs
+        As in `basins`.
+    initial : optional
+        As in `lyapunov`: the start that the region goes through.
 
     Returns
     -------
@@ -148,8 +147,9 @@ def attractors(
     """
     began, (axis,) = time.perf_counter(), checked_axes(mechanism, over)
     varied = largest(mechanism, over)
-    ensemble = in_lanes(ensemble, varied, rtol, starts)
-    observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
+    initial, rtol, max_steps = motion["initial"], motion["rtol"], motion["max_steps"]
+    ensemble, settled = in_lanes(ensemble, varied, rtol, starts), (motion["transient"], turns)
+    observation = Observation(*settled, patience, tolerance, rtol, max_steps, ensemble)
     plan = Plan(
         section=CrankAngle(),
         record=names(record, varied),
@@ -163,7 +163,7 @@ def attractors(
     )
     changes = [{axis.key: value} for value in axis.values]
     shared = {"mechanism": mechanism, "initial": initial}
-    tell = [part(progress, *pair) for pair in pairwise(SHARES)]
+    tell = [part(motion["progress"], *pair) for pair in pairwise(SHARES)]
     seeds = {"region": region, "joint": joint, "starts": starts, "seed": seed, "observation": observation}
     cells = [shared | seeds | {"changes": each} for each in changes]
     ready = partial(_warm, mechanism, changes, initial, exponents, ensemble)

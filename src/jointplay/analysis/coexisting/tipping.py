@@ -17,7 +17,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import Field
@@ -32,7 +32,7 @@ from jointplay.analysis.coexisting.point_impulses import Impulse, impulses_fit
 from jointplay.analysis.coexisting.recognised import Lasting
 from jointplay.analysis.coexisting.region import Region, coordinate_rules, drawn
 from jointplay.analysis.coexisting.smallest import Knocked, smallest
-from jointplay.analysis.keywords import JointName, Moving, Progress, Rtol, Start, analysis
+from jointplay.analysis.keywords import JointName, Moving, Settling, analysis
 from jointplay.analysis.labels import outcome
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.period import REPEATS
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STARTS, PHASES, DIRECTIONS, STEPS, EDGE_TURNS = 200, 8, 8, 16, 60
-TURNS, TRANSIENT, PATIENCE, TOLERANCE, RTOL = 64, 100, 4, 1e-3, 1e-8
+TURNS, PATIENCE, TOLERANCE = 64, 4, 1e-3
 SHARES = (0.5, 0.9, 0.99)  # of the smallest knock, after which the time to return is measured
 CLOUD = 4  # section points of a motion without period that are knocked
 EDGE_RTOL = 1e-11
@@ -74,15 +74,11 @@ def tipping(
     edge: Flag = True,
     edge_turns: Natural = EDGE_TURNS,
     turns: Annotated[Natural, Field(ge=REPEATS)] = TURNS,
-    transient: Count = TRANSIENT,
     patience: Count = PATIENCE,
     tolerance: Annotated[Positive, unit("tolerance", "1")] = TOLERANCE,
-    rtol: Rtol = RTOL,
-    initial: Start | None = None,
-    max_steps: Natural | None = None,
     ensemble: Flag | None = None,
-    progress: Progress = None,
     n_jobs: Natural | None = None,
+    **motion: Unpack[Settling],
 ) -> xr.Dataset:
     """Find the smallest knocks that throw motions into others, and the states between them.
 
@@ -108,8 +104,10 @@ def tipping(
         Whether the edge states are sought.
     edge_turns : int
         Turns for which a boundary is followed.
-    turns, transient, patience, tolerance, rtol, initial, max_steps, ensemble, progress, n_jobs
-        As in `basins`; `initial` is the start that the region goes through.
+    turns, patience, tolerance, ensemble, n_jobs
+        As in `basins`.
+    initial : optional
+        As in `lyapunov`: the start that the region goes through.
 
     Returns
     -------
@@ -135,8 +133,9 @@ def tipping(
     import xarray as xr
 
     began = time.perf_counter()
-    ensemble = in_lanes(ensemble, mechanism, rtol, starts)
-    observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
+    initial, progress, limits = motion["initial"], motion["progress"], (motion["rtol"], motion["max_steps"])
+    ensemble = in_lanes(ensemble, mechanism, motion["rtol"], starts)
+    observation = Observation(motion["transient"], turns, patience, tolerance, *limits, ensemble)
     base = assemble(mechanism, initial, section_of(mechanism))
     warm([base], ensemble)
     if edge:

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import count, islice
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
 
 import numpy as np
 from pydantic import AfterValidator
@@ -23,7 +23,7 @@ from jointplay.analysis.curves import curve_dataset
 from jointplay.analysis.curves.labelled import Branches, key_of, labels_fit, starts_in
 from jointplay.analysis.curves.tracing import BIFURCATIONS, KINDS, Curves, starts_of
 from jointplay.analysis.evaluate import dataset
-from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, analysis, several
+from jointplay.analysis.keywords import Moving, Settling, Small, analysis, several
 from jointplay.analysis.labels import outcome
 from jointplay.analysis.orbits.continuation import STEP, Explorer
 from jointplay.analysis.orbits.family import Family, Point
@@ -35,7 +35,7 @@ from jointplay.analysis.orbits.orbit_request import (
     start_fits,
 )
 from jointplay.analysis.orbits.orbit_search import Search, lost, search
-from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL, TRANSIENT
+from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL
 from jointplay.analysis.orbits.section_map import FAILED, SectionMap, section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE
 from jointplay.analysis.quantities import EVENTS
@@ -87,7 +87,7 @@ def _plane_fits(
             yield Problem(key, problem.given, problem.expected)
 
 
-@analysis(section_fits, start_fits, turns_alike, _plane_fits, labels_fit)
+@analysis(section_fits, start_fits, turns_alike, _plane_fits, labels_fit, usual={"rtol": RTOL})
 def curve(
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
@@ -99,16 +99,12 @@ def curve(
     labels: Labels | None = None,
     start: Number | None = None,
     period: Natural = 1,
-    initial: Start | None = None,
-    transient: Count = TRANSIENT,
     step: Annotated[Small, unit("longest step", "1")] = STEP,
     max_points: Natural = MAX_POINTS,
     max_curves: Natural = MAX_CURVES,
     max_branches: Natural = 1,
-    rtol: Rtol = RTOL,
     tolerance: Tolerance = TOLERANCE,
-    max_steps: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Settling],
 ) -> xr.Dataset:
     """Follow the changes of a periodic orbit as curves in the plane of two parameters.
 
@@ -133,7 +129,7 @@ def curve(
         Of which: their numbers along ``special``; all if left out.
     start : float, optional
         Value of the first parameter at which the first orbit is sought; the mechanism's own if left out.
-    period, initial, transient, rtol, tolerance, max_steps
+    period, initial, transient, tolerance
         As in `periodic_orbit`, of the first orbit.
     step : float
         Longest step: of the parameters as fractions of their ranges, and of the orbit alike.
@@ -164,11 +160,12 @@ def curve(
     """
     began, both = time.perf_counter(), axes(mechanism, {key: list(ends) for key, ends in plane.items()})
     first, second = plane
+    limits, progress = (motion["rtol"], motion["max_steps"]), motion["progress"]
 
     @lru_cache(maxsize=64)  # Newton's method comes back to the neighbours of a value
     def model_at(values: tuple[float, float]) -> SectionMap:
         there = mechanism.varied(dict(zip(plane, values, strict=True)))
-        return section_map(placed(there, None, section), section, period, rtol, max_steps)
+        return section_map(placed(there, None, section), section, period, *limits)
 
     def maps(values: np.ndarray) -> SectionMap:
         return model_at((float(values[0]), float(values[1])))
@@ -184,7 +181,7 @@ def curve(
 
     def placed_at(name: str, value: float, state: Any, turns: int) -> SectionMap:
         there = placed(mechanism.varied({name: value}), state, section)
-        return section_map(there, section, turns, rtol, max_steps)
+        return section_map(there, section, turns, *limits)
 
     def fractions(name: str, value: float) -> np.ndarray:
         return family.fraction(np.array(list((own | {name: value}).values())))
@@ -192,8 +189,8 @@ def curve(
     ends: list[str] = []
     if branches is None:
         value = own[first] if start is None else start
-        requested = placed_at(first, value, initial, period)
-        orbit = search(requested, Search(transient, tolerance, ITERATIONS))
+        requested = placed_at(first, value, motion["initial"], period)
+        orbit = search(requested, Search(motion["transient"], tolerance, ITERATIONS))
         line = Family(lambda v: maps(np.array([v, own[second]])), *plane[first], tolerance)
         found = Explorer(line, step, most, max_branches, visit).explore(orbit, line.fraction(value))
         starts = starts_of(found, of, lambda q: fractions(first, line.parameter(q)))

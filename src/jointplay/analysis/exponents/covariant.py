@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Unpack
 
 import numpy as np
 from pydantic import BeforeValidator
@@ -27,10 +27,9 @@ from jointplay.analysis.exponents.covariant_record import Block, Recorder
 from jointplay.analysis.exponents.covariant_vectors import angles_between, backward, beyond, start
 from jointplay.analysis.exponents.frame_growth import frame
 from jointplay.analysis.exponents.lyapunov import directions, exponents_fit, number_or_all, steady
-from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
+from jointplay.analysis.keywords import Lasting, Length, Moving, analysis
 from jointplay.analysis.labels import described
 from jointplay.analysis.tangents import TIGHT, Bundle, scales
-from jointplay.solver.mechanism.base import Natural
 from jointplay.solver.mechanism.records import TestSystem
 from jointplay.solver.motion.trajectory import Request, counts
 
@@ -40,19 +39,13 @@ if TYPE_CHECKING:
 OTHER = 1  # seed of a second frame
 
 
-@analysis(rules.length_fits, exponents_fit, steady, deferred=[rules.start_fits])
+@analysis(rules.length_fits, exponents_fit, steady, deferred=[rules.start_fits], usual={"transient": 20})
 def covariant(
     mechanism: Moving,
     *,
     exponents: Annotated[int | str, BeforeValidator(number_or_all)] = "all",
-    turns: Length | None = None,
-    duration: Duration | None = None,
-    transient: Before = 20,
     settling: Length = 20,
-    rtol: Rtol = 1e-8,
-    initial: Start | None = None,
-    max_steps: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Lasting],
 ) -> xr.Dataset:
     """Give the covariant Lyapunov vectors of a motion, and what takes part in each.
 
@@ -70,8 +63,6 @@ def covariant(
     settling : float
         Turns that are followed after the stretch, over which the vectors settle backward; of twice as many a
         record is kept at a time.
-    rtol, initial, max_steps, progress
-        As in `simulate`.
 
     Returns
     -------
@@ -105,11 +96,11 @@ def covariant(
     ``norm``: of a linkage with play, an energy of the motion of the crank, of each joint's journal in its
     bearing and of bending, each by itself; else the squares of the vector's components.
     """
-    model = rules.model_for(mechanism, initial)
+    model = rules.model_for(mechanism, motion["initial"])
     began, count = time.perf_counter(), directions(model) if exponents == "all" else int(exponents)
-    begin, window = transient * model.period, settling * model.period
-    until = begin + (duration if turns is None else turns * model.period)
-    request = Request(until + window, rtol, max_steps=rules.steps(max_steps))
+    (begin, until), window = rules.span(model, motion), settling * model.period
+    limit, progress = rules.steps(motion["max_steps"]), motion["progress"]
+    request = Request(until + window, motion["rtol"], max_steps=limit)
     first = partial(frame, count, scales(model), model.memories)
     bundle, other = (Bundle(model, request, each, TIGHT) for each in (first(), first(seed=OTHER)))
 

@@ -15,17 +15,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
 from jointplay.analysis import rules
-from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, analysis
+from jointplay.analysis.keywords import Moving, Settling, Small, analysis
 from jointplay.analysis.labels import coded, described
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place, free_states, state_names
 from jointplay.display.errors import Problem
-from jointplay.solver.mechanism.base import Count, Natural
+from jointplay.solver.mechanism.base import Natural
 from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
 from jointplay.solver.motion.trajectory import Records, Request, follow
@@ -118,17 +118,13 @@ def _turns_at_all(mechanism: Mechanism | TestSystem) -> None:
     rules.quantity(CrankAngle(), mechanism)
 
 
-@analysis(unresolved, _turns_at_all, rules.turns_alike, deferred=[rules.start_fits])
+@analysis(unresolved, _turns_at_all, rules.turns_alike, deferred=[rules.start_fits], usual={"rtol": RTOL})
 def growth(
     mechanism: Moving,
     *,
     turns: Natural = 200,
-    transient: Count = 100,
-    rtol: Rtol = RTOL,
     distance: Small = DISTANCE,
-    initial: Start | None = None,
-    max_steps: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Settling],
 ) -> xr.Dataset:
     """Measure the growth of a small difference, per turn.
 
@@ -138,16 +134,10 @@ def growth(
         What moves; a test system must be forced.
     turns : int
         Turns over which the growth is averaged, after those in which the difference finds its direction.
-    transient : int
-        Turns that are followed first.
     distance : float
         Distance of the neighbour at the start of each turn, in radians (longest links) and nominal speeds.
     initial : optional
-        As in `simulate`; the section is where the motion starts.
-    max_steps : int, optional
-        Attempted steps after which a turn stops.
-    rtol, progress
-        As in `simulate`.
+        As in `lyapunov`; the section is where the motion starts.
 
     Returns
     -------
@@ -161,8 +151,9 @@ def growth(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    turn = Turn(rules.model_for(mechanism, initial, CrankAngle()), rtol, max_steps)
-    return _dataset(*measure_after(turn, transient, turns, distance, progress))
+    model = rules.model_for(mechanism, motion["initial"], CrankAngle())
+    turn = Turn(model, motion["rtol"], motion["max_steps"])
+    return _dataset(*measure_after(turn, motion["transient"], turns, distance, motion["progress"]))
 
 
 def measure_after(turn: Turn, transient: int, *measured: Any, **more: Any) -> tuple[np.ndarray, float, int]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import BeforeValidator
@@ -28,11 +28,11 @@ from jointplay.analysis.exponents.frame_growth import (
     of_the_flow,
     of_the_section,
 )
-from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
+from jointplay.analysis.keywords import Lasting, Moving, analysis
 from jointplay.analysis.labels import coded, described
 from jointplay.display.errors import Problem, refuse
 from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
+from jointplay.solver.mechanism.base import Count, Flag, Positive, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
 from jointplay.solver.motion.company import beside, in_company
@@ -103,17 +103,11 @@ def lyapunov(
     mechanism: Moving,
     *,
     exponents: Annotated[int | str, BeforeValidator(number_or_all)] = 1,
-    turns: Length | None = None,
-    duration: Duration | None = None,
-    transient: Before = 0,
-    rtol: Rtol = 1e-8,
     error: Annotated[Positive, unit("standard error", "1/s")] | None = None,
     twin_turns: Count = 0,
-    initial: Start | None = None,
     saltation: Flag = True,
-    max_steps: Natural | None = None,
     ensemble: Flag | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Lasting],
 ) -> xr.Dataset:
     """Give the leading Lyapunov exponents of a motion.
 
@@ -134,8 +128,6 @@ def lyapunov(
     twin_turns : int
         Turns over which the largest exponent is estimated a second time, from the same start, by renormalised
         twin trajectories; 0: not.
-    rtol, initial, max_steps, progress
-        As in `simulate`.
     saltation : bool
         False leaves the tangents' jumps at events out, as a comparison: the result is then wrong wherever a
         force jumps.
@@ -183,22 +175,21 @@ def lyapunov(
     ``sum_residual``, and the last of "all" may be too large. ``grazing`` is the smallest approach speed of a
     guard at an event relative to the terms that it is a sum of: near 0, exponents are uncertain.
     """
-    model = rules.model_for(mechanism, initial)
+    model = rules.model_for(mechanism, motion["initial"])
     count = directions(model) if exponents == "all" else int(exponents)
-    begin = transient * model.period
-    span = duration if turns is None else turns * model.period
-    request = Request(begin + span, rtol, max_steps=rules.steps(max_steps))
+    begin, end = rules.span(model, motion)
+    request = Request(end, motion["rtol"], max_steps=rules.steps(motion["max_steps"]))
     share = 0.5 if twin_turns else 1.0
     if twin_turns:
-        cut = rules.model_for(mechanism, initial, CrankAngle())
+        cut = rules.model_for(mechanism, motion["initial"], CrankAngle())
         prepare(model.structure, "tangents.tangent_flow")
         prepare(cut.structure)  # beside the other, which takes longer
-    asked = Stretch(request, count, begin), error, saltation, part(progress, 0.0, share)
+    asked = Stretch(request, count, begin), error, saltation, part(motion["progress"], 0.0, share)
     run = in_company(ensemble, partial(grown, model, *asked), followed_together)
     variables = _variables(run, count)
     if twin_turns and run.status != INTERRUPTED:
-        rest = part(progress, share, 1.0)
-        twin = growth.twin(cut, twin_turns, math.ceil(transient), max_steps, rest)
+        rest = part(motion["progress"], share, 1.0)
+        twin = growth.twin(cut, twin_turns, math.ceil(motion["transient"]), motion["max_steps"], rest)
         leading = (variables[f"section_{name}_per_turn"][1][0] for name in ("exponent", "standard_error"))
         variables |= growth.beside(*map(float, leading), twin)
         if twin["status"] == INTERRUPTED:

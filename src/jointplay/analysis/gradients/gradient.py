@@ -15,7 +15,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from jointplay.analysis import rules
 from jointplay.analysis.gradients import gradient_dataset, multipliers, wanted
 from jointplay.analysis.gradients.evaluated import Run, nearness
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS, WHY
-from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Start, analysis
+from jointplay.analysis.keywords import Moving, Names, Settling, analysis
 from jointplay.analysis.labels import coded, outcome
 from jointplay.analysis.orbits.orbit_request import section_fits, start_fits
 from jointplay.analysis.orbits.orbit_search import Search, at_phase, search
@@ -32,7 +32,7 @@ from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.starts import free_states, moved, placed, state_names
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse, warn
 from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.mechanism.base import Count, Flag, Natural
+from jointplay.solver.mechanism.base import Flag, Natural
 from jointplay.solver.mechanism.directions import Directions, of_start, stacked
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.parameters import Parameter
@@ -43,7 +43,6 @@ from jointplay.solver.motion.looks import part
 if TYPE_CHECKING:
     import xarray as xr
 
-TRANSIENT = 100
 LOOSER = 10.0  # tolerance of the second run, in that of the first: their distance is the error
 
 
@@ -66,7 +65,7 @@ def _orbit_fits(mechanism: Mechanism | TestSystem, orbit: bool, section: Plane |
         yield from section_fits(mechanism, section)
 
 
-@analysis(wanted.quantities_fit, _by_fits, _orbit_fits, start_fits)
+@analysis(wanted.quantities_fit, _by_fits, _orbit_fits, start_fits, usual={"rtol": 1e-10})
 def gradient(
     mechanism: Moving,
     *,
@@ -75,11 +74,7 @@ def gradient(
     turns: Natural = 1,
     orbit: Flag = False,
     section: Plane | None = None,
-    transient: Count = TRANSIENT,
-    rtol: Rtol = 1e-10,
-    initial: Start | None = None,
-    max_steps: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Settling],
 ) -> xr.Dataset:
     """Differentiate forces, works and states of a motion in parameters of its mechanism.
 
@@ -106,10 +101,6 @@ def gradient(
         parameters, instead of the motion from the start.
     section : Plane, optional
         Of a system that nothing forces: a plane of a state, at whose last passage the turns end.
-    transient : int
-        Turns followed before the orbit is sought.
-    rtol, initial, max_steps, progress
-        As in `periodic_orbit`.
 
     Returns
     -------
@@ -132,13 +123,14 @@ def gradient(
     orbits = np.array([each.how in multipliers.MULTIPLIERS for each in quantities])
     inside = [each for each, of_orbit in zip(quantities, orbits, strict=True) if not of_orbit]
     powers = any(each.how == "work" for each in quantities)
-    limit, shape = rules.steps(max_steps), (len(quantities), len(keys))
+    limit, shape = rules.steps(motion["max_steps"]), (len(quantities), len(keys))
+    initial, rtol = motion["initial"], motion["rtol"]
     values, slopes, error = np.full(shape[0], np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
     status, near, equal, run = 0, (np.nan, np.nan, np.nan), False, None
     try:
         start = _start(mechanism, initial)
         cut = start_section(mechanism, start, turns, rtol, limit, section)
-        found = _orbit(cut, transient, progress) if orbit else None
+        found = _orbit(cut, motion["transient"], motion["progress"]) if orbit else None
         start = None if orbit and isinstance(mechanism, TestSystem) else start  # an orbit has none
         run = _run(mechanism, start, keys, cut, found, powers)
         values[~orbits], slopes[~orbits], grazing = run.quantities(inside)

@@ -23,16 +23,16 @@ import time
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
 
 import numpy as np
 from pydantic import Field
 
 from jointplay.analysis.coexisting.region import Region
 from jointplay.analysis.gradients import gradient_dataset, wanted
-from jointplay.analysis.gradients.gradient import TRANSIENT, gradient, start_section
+from jointplay.analysis.gradients.gradient import gradient, start_section
 from jointplay.analysis.gradients.multipliers import MULTIPLIERS
-from jointplay.analysis.keywords import Moving, Progress, Quantity, Rtol, Small, Start, analysis
+from jointplay.analysis.keywords import Moving, Quantity, Settling, Small, analysis
 from jointplay.analysis.labels import coded, number, outcome
 from jointplay.analysis.optima.asked import FORCE, aim_fits, bounds_fit, contacts, ideal_fits
 from jointplay.analysis.optima.descent import descended
@@ -41,7 +41,7 @@ from jointplay.analysis.orbits.orbit_request import start_fits
 from jointplay.analysis.quantities import WORDS
 from jointplay.analysis.simulate import simulate
 from jointplay.display.errors import ModelWarning
-from jointplay.solver.mechanism.base import Count, Flag, Natural, Number, unit
+from jointplay.solver.mechanism.base import Flag, Natural, Number, unit
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
@@ -59,7 +59,7 @@ DRAWN, SAMPLES = 2, 720  # turns that are drawn; samples of each
 EXTREMES = ("largest", "smallest")
 
 
-@analysis(bounds_fit, aim_fits, ideal_fits, start_fits)
+@analysis(bounds_fit, aim_fits, ideal_fits, start_fits, usual={"rtol": 1e-10})
 def optimise(
     mechanism: Moving,
     *,
@@ -72,14 +72,10 @@ def optimise(
     ideal: Flag = False,
     turns: Natural = 1,
     orbit: Flag = True,
-    transient: Count = TRANSIENT,
     tolerance: Small = 1e-8,
     max_iterations: Natural = 100,
     neighbourhood: Annotated[Small, Field(ge=1e-6)] = 0.01,
-    rtol: Rtol = 1e-10,
-    initial: Start | None = None,
-    max_steps: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Settling],
 ) -> xr.Dataset:
     """Find the numbers of a mechanism for which a quantity of its motion is least, within constraints.
 
@@ -100,7 +96,7 @@ def optimise(
         Lowest and highest value of other quantities.
     ideal : bool
         True: first without play, with the forces of the ideal joints, then with ever more of it.
-    turns, orbit, transient
+    turns, orbit
         As in `gradient`.
     tolerance : float
         Of the objective and the constraints, each relative to its size.
@@ -108,8 +104,6 @@ def optimise(
         Designs after which no new pass of the search begins, in each stage.
     neighbourhood : float
         By what share of its value each parameter of the optimum is changed, to both sides.
-    rtol, initial, max_steps
-        As in `gradient`.
     progress : callable, optional
         Called with the fraction done, of at most `max_iterations` designs in each stage.
 
@@ -133,8 +127,8 @@ def optimise(
         low, high = limits.get(f"smallest:{contact}", INFINITE)
         limits[f"smallest:{contact}"] = (max(low, margin), high)
     names = tuple(dict.fromkeys(([least or most] if least or most else []) + list(limits)))
-    settings = {"turns": turns, "orbit": orbit, "transient": transient, "rtol": rtol}
-    settings |= {"initial": initial, "max_steps": max_steps}
+    progress = motion["progress"]
+    settings = {"turns": turns, "orbit": orbit} | {key: motion[key] for key in motion if key != "progress"}
     most_designs = max_iterations * (STAGES if ideal else 1)
 
     def tell(designs: int) -> None:

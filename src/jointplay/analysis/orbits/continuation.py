@@ -14,12 +14,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import count
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 
 from jointplay.analysis.evaluate import dataset
-from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Small, Start, Text, analysis
+from jointplay.analysis.keywords import Moving, Names, Settling, Small, Text, analysis
 from jointplay.analysis.labels import outcome
 from jointplay.analysis.orbits import branch_dataset
 from jointplay.analysis.orbits.arclength import first
@@ -28,14 +28,14 @@ from jointplay.analysis.orbits.branch_points import Special, departures
 from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_request import ORBIT, Range, Tolerance, branch_fits
 from jointplay.analysis.orbits.orbit_search import Search, search
-from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL, TRANSIENT
+from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit
 from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rates import needed
 from jointplay.analysis.starts import placed
 from jointplay.analysis.vary import axes
-from jointplay.solver.mechanism.base import Count, Flag, Natural, Number, unit
+from jointplay.solver.mechanism.base import Flag, Natural, Number, unit
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section
 from jointplay.solver.motion.looks import Late, Stopped
@@ -48,7 +48,7 @@ STEP = 0.02
 MAX_POINTS, MAX_BRANCHES = 400, 4
 
 
-@analysis(*ORBIT, branch_fits)
+@analysis(*ORBIT, branch_fits, usual={"rtol": RTOL})
 def continuation(
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
@@ -57,17 +57,13 @@ def continuation(
     range: Range,
     start: Number | None = None,
     period: Natural = 1,
-    initial: Start | None = None,
-    transient: Count = TRANSIENT,
     step: Annotated[Small, unit("longest step", "1")] = STEP,
     max_points: Natural = MAX_POINTS,
     branch_switching: Flag = True,
     max_branches: Natural = MAX_BRANCHES,
-    rtol: Rtol = RTOL,
     tolerance: Tolerance = TOLERANCE,
     record: Names | None = None,
-    max_steps: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Settling],
 ) -> xr.Dataset:
     """Follow a periodic orbit over a parameter, and the orbits that branch off.
 
@@ -83,7 +79,7 @@ def continuation(
         Lowest and highest value.
     start : float, optional
         Value at which the first orbit is sought; the mechanism's own if left out.
-    period, initial, transient, rtol, tolerance, max_steps
+    period, initial, transient, tolerance
         As in `periodic_orbit`, of the first orbit.
     step : float
         Longest step: of the parameter as a fraction of its range, and of the orbit alike.
@@ -118,15 +114,16 @@ def continuation(
     value = Parameter(mechanism, parameter).value if start is None else start
     (axis,) = axes(mechanism, {parameter: list(range)}, "range")
     names, began = recorded(record, mechanism), time.perf_counter()
+    limits, progress = (motion["rtol"], motion["max_steps"]), motion["progress"]
 
     @lru_cache(maxsize=64)  # Newton's method comes back to the neighbours of a value
     def maps(value: float) -> SectionMap:
         model = placed(mechanism.varied({parameter: float(value)}), None, section)
-        return section_map(model, section, period, rtol, max_steps)
+        return section_map(model, section, period, *limits)
 
-    at_start = placed(mechanism.varied({parameter: value}), initial, section)
-    requested = section_map(at_start, section, period, rtol, max_steps)
-    orbit = search(requested, Search(transient, tolerance, ITERATIONS))
+    at_start = placed(mechanism.varied({parameter: value}), motion["initial"], section)
+    requested = section_map(at_start, section, period, *limits)
+    orbit = search(requested, Search(motion["transient"], tolerance, ITERATIONS))
     family = Family(maps, float(range[0]), float(range[1]), tolerance)
     passages, visited = branch_dataset.Passages(requested.phase, needed(names), family), count(1)
     most = max_branches if branch_switching else 1

@@ -10,10 +10,10 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 from jointplay.analysis.evaluate import Quantities, dataset
-from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Start, analysis
+from jointplay.analysis.keywords import Moving, Names, Settling, analysis
 from jointplay.analysis.labels import labelled, outcome
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.orbit_request import ORBIT, Tolerance
@@ -23,7 +23,7 @@ from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE
 from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rates import needed
 from jointplay.analysis.starts import placed
-from jointplay.solver.mechanism.base import Count, Natural
+from jointplay.solver.mechanism.base import Natural
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 from jointplay.solver.motion.looks import part
 
@@ -32,25 +32,20 @@ if TYPE_CHECKING:
 
 ONCE_A_TURN = CrankAngle()
 RTOL = 1e-11
-TRANSIENT = 100
 SETTLED = 0.5  # progress at the end of the transient
 
 
-@analysis(*ORBIT)
+@analysis(*ORBIT, usual={"rtol": RTOL})
 def periodic_orbit(
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
     *,
     period: Natural = 1,
-    initial: Start | None = None,
-    transient: Count = TRANSIENT,
-    rtol: Rtol = RTOL,
     tolerance: Tolerance = TOLERANCE,
     max_iterations: Natural = ITERATIONS,
     record: Names | None = None,
     samples_per_turn: Natural = orbit_dataset.SAMPLES,
-    max_steps: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Settling],
 ) -> xr.Dataset:
     """Find a periodic orbit and its Floquet multipliers.
 
@@ -70,8 +65,6 @@ def periodic_orbit(
     transient : int
         Turns that are followed first. Newton's method then starts where, among the last ones, the motion came
         back nearest to itself; with 0, at the start: the way to unstable orbits.
-    rtol : float
-        Relative tolerance of a step.
     tolerance : float
         Residual at which the search has succeeded, in units of the states' scales (a radian or the longest
         link, the nominal speed); it goes on below, as far as it gains.
@@ -81,10 +74,6 @@ def periodic_orbit(
         Quantities to sample over the orbit; none if left out.
     samples_per_turn : int
         Of these.
-    max_steps : int, optional
-        Attempted steps after which a run stops.
-    progress : callable, optional
-        Called with the fraction done.
 
     Returns
     -------
@@ -101,9 +90,10 @@ def periodic_orbit(
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     quantities, linkage = names(record, mechanism), isinstance(mechanism, Mechanism)
-    model, began = placed(mechanism, initial, section), time.perf_counter()
-    requested = section_map(model, section, period, rtol, max_steps)
-    orbit = search(requested, Search(transient, tolerance, max_iterations), part(progress, 0.0, SETTLED))
+    model, began = placed(mechanism, motion["initial"], section), time.perf_counter()
+    requested = section_map(model, section, period, motion["rtol"], motion["max_steps"])
+    how = Search(motion["transient"], tolerance, max_iterations)
+    orbit = search(requested, how, part(motion["progress"], 0.0, SETTLED))
     state, lead = at_phase(orbit, requested.phase)
     variables = orbit_dataset.variables(state, orbit_dataset.orbit_numbers(orbit), linkage)
     variables |= orbit_dataset.events(orbit, lead, linkage) | orbit_dataset.settings(model)

@@ -18,11 +18,11 @@ before.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from jointplay.analysis.keywords import Before, Moving, Progress, Quantity, Rtol, Share, Start, analysis
+from jointplay.analysis.keywords import Before, Motion, Moving, Quantity, Share, analysis
 from jointplay.analysis.labels import coded, described
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits, start_fits
@@ -49,7 +49,7 @@ def _quantity_fits(mechanism: Mechanism | TestSystem, quantity: str | None) -> N
     chosen(mechanism, quantity, USUAL)
 
 
-@analysis(_quantity_fits, deferred=[section_fits, start_fits])
+@analysis(_quantity_fits, deferred=[section_fits, start_fits], usual={"rtol": RTOL})
 def chaos_test(
     mechanism: Moving,
     *,
@@ -61,10 +61,7 @@ def chaos_test(
     frequencies: Natural = FREQUENCIES,
     seed: Count = 0,
     tolerance: Share = TOLERANCE,
-    rtol: Rtol = RTOL,
-    initial: Start | None = None,
-    max_steps: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Motion],
 ) -> xr.Dataset:
     """Test a motion for chaos by the 0-1 test on its section samples.
 
@@ -88,8 +85,6 @@ def chaos_test(
         How many random frequencies, and the seed from which they are drawn.
     tolerance : float
         Samples that spread less than this times the quantity's largest value in a turn are one point.
-    rtol, initial, max_steps, progress
-        As in `simulate`.
 
     Returns
     -------
@@ -107,14 +102,17 @@ def chaos_test(
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     word, label = chosen(mechanism, quantity, USUAL)
-    run = {"rtol": rtol, "initial": initial, "max_steps": max_steps, "record": [word]}
-    share = part(progress, 0.0, MOVED)
-    points = poincare(mechanism, section, turns=turns, transient=transient, progress=share, **run)
+    run = motion | {
+        "record": [word],
+        "transient": transient,
+        "progress": part(motion["progress"], 0.0, MOVED),
+    }
+    points = poincare(mechanism, section, turns=turns, **run)
     samples = series(points, word, label).isel(turn=slice(None, None, every))
     c = drawn_frequencies(frequencies, seed)
     if int(points.status) or samples.size < LEAST or not np.all(np.isfinite(samples)):
         return _dataset(points, samples, _unjudged(c), c)
-    scale = _scale(simulate(mechanism, turns=1, transient=transient, **run), word, label)
+    scale = _scale(simulate(mechanism, turns=1, **run | {"progress": None}), word, label)
     return _dataset(points, samples, _judged(samples.values, scale, c, tolerance), c)
 
 

@@ -6,12 +6,12 @@ section plus one.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import AfterValidator
 
-from jointplay.analysis.keywords import Before, Moving, Progress, Quantities, Rtol, Share, Start, analysis
+from jointplay.analysis.keywords import Before, Motion, Moving, Quantities, Share, analysis
 from jointplay.analysis.labels import described
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits, start_fits
@@ -43,7 +43,7 @@ def _rising(shares: tuple[float, float]) -> tuple[float, float]:
     return shares
 
 
-@analysis(_quantities_fit, deferred=[section_fits, start_fits])
+@analysis(_quantities_fit, deferred=[section_fits, start_fits], usual={"rtol": RTOL})
 def dimension(
     mechanism: Moving,
     *,
@@ -54,10 +54,7 @@ def dimension(
     window: Natural = WINDOW,
     shares: Annotated[tuple[Share, Share], AfterValidator(_rising), accepts(_SHARES)] = SHARES,
     tolerance: Share = TOLERANCE,
-    rtol: Rtol = RTOL,
-    initial: Start | None = None,
-    max_steps: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Motion],
 ) -> xr.Dataset:
     """Give the correlation dimension of a motion's section points.
 
@@ -82,8 +79,6 @@ def dimension(
     tolerance : float
         A coordinate that spreads less than this times its largest value is constant, and left out; if all
         are, the points are one, of dimension 0.
-    rtol, initial, max_steps, progress
-        As in `simulate`.
 
     Returns
     -------
@@ -100,7 +95,7 @@ def dimension(
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     chosen = _named(mechanism, quantities)
-    run = {"rtol": rtol, "initial": initial, "max_steps": max_steps, "progress": part(progress, 0.0, MOVED)}
+    run = motion | {"progress": part(motion["progress"], 0.0, MOVED)}
     record = list(dict.fromkeys(word for word, _ in chosen))
     cut = poincare(mechanism, section, turns=turns, transient=transient, record=record, **run)
     points = np.stack([series(cut, *one).values for one in chosen], axis=-1)

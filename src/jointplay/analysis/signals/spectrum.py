@@ -18,24 +18,13 @@ density has fallen before the end of the axis.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import AfterValidator, Field
 
 from jointplay.analysis import rules
-from jointplay.analysis.keywords import (
-    Before,
-    Duration,
-    Length,
-    Moving,
-    Progress,
-    Quantity,
-    Rtol,
-    Start,
-    Text,
-    analysis,
-)
+from jointplay.analysis.keywords import Lasting, Moving, Quantity, Text, analysis
 from jointplay.analysis.labels import described, labelled
 from jointplay.analysis.signals.observable import MOVED, chosen, ended, series, squared
 from jointplay.analysis.simulate import simulate
@@ -72,16 +61,10 @@ def spectrum(
     mechanism: Moving,
     *,
     quantity: Quantity | None = None,
-    turns: Length | None = None,
-    duration: Duration | None = None,
-    transient: Before = 0,
     samples_per_turn: Annotated[Natural, Field(ge=2)] = SAMPLES_PER_TURN,
     segments: Natural = SEGMENTS,
     window: Annotated[Text, AfterValidator(_known), accepts(_WINDOW)] = WINDOW,
-    rtol: Rtol = 1e-8,
-    initial: Start | None = None,
-    max_steps: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Lasting],
 ) -> xr.Dataset:
     """Give the power spectral density of a quantity of a motion.
 
@@ -92,10 +75,6 @@ def spectrum(
     quantity : str, optional
         As ``normal_force`` or ``angle:rocker``, of a test system a state. By default ``normal_force`` of the
         first joint with clearance, or the first state.
-    turns, duration : float
-        Length after the transient: nominal turns of the crank (or forcing periods), or s. One of them.
-    transient : float
-        Turns that are followed first.
     samples_per_turn : int
         Evenly spaced samples in a nominal turn.
     segments : int
@@ -103,8 +82,6 @@ def spectrum(
         resolve less.
     window : str
         A window of `scipy.signal.get_window`.
-    rtol, initial, max_steps, progress
-        As in `simulate`.
 
     Returns
     -------
@@ -122,27 +99,21 @@ def spectrum(
     """
     word, label = chosen(mechanism, quantity, USUAL)
     record = [word, "angle"] if isinstance(mechanism, Mechanism) else [word]
-    motion = simulate(
+    history = simulate(
         mechanism,
-        turns=turns,
-        duration=duration,
-        transient=transient,
         samples_per_turn=samples_per_turn,
         record=record,
-        rtol=rtol,
-        initial=initial,
-        max_steps=max_steps,
-        progress=part(progress, 0.0, MOVED),
+        **motion | {"progress": part(motion["progress"], 0.0, MOVED)},
     )
-    values, time = series(motion, word, label), motion.time.values
+    values, time = series(history, word, label), history.time.values
     rate = (len(time) - 1) / float(time[-1] - time[0]) if len(time) > 1 else math.nan
-    if int(motion.status) or len(values) <= LEAST * (segments + 1):
+    if int(history.status) or len(values) <= LEAST * (segments + 1):
         estimate = missing(rate)
     else:
         estimate = density(values.values[:-1], rate, segments, window)
     counted = {"n_samples": (len(values), "1", "samples"), "n_segments": (segments, "1", "segments")}
     counted["n_least"] = LEAST * (segments + 1) + 1, "1", "samples that so many segments need"
-    return _dataset(motion, values, _turn(motion, mechanism), estimate).assign(labelled(counted))
+    return _dataset(history, values, _turn(history, mechanism), estimate).assign(labelled(counted))
 
 
 def _turn(motion: xr.Dataset, mechanism: Mechanism | TestSystem) -> float:

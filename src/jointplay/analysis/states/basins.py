@@ -16,14 +16,14 @@ import math
 import time
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Unpack
 
 import numpy as np
 from pydantic import Field
 
 from jointplay.analysis import rules
 from jointplay.analysis.cells import handed_out, warm
-from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Start, analysis
+from jointplay.analysis.keywords import JointName, Moving, Plane, Settling, analysis
 from jointplay.analysis.labels import coded, outcome
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.period import REPEATS
@@ -43,7 +43,7 @@ from jointplay.solver.motion.ways import WAYS
 if TYPE_CHECKING:
     import xarray as xr
 
-TURNS, TRANSIENT, PATIENCE = 64, 100, 4
+TURNS, PATIENCE = 64, 4
 TOLERANCE = 1e-3
 BLOCK = 64  # nodes a cell
 HALVINGS = 5  # distances of random pairs: a step of the grid, halved once to five times
@@ -59,18 +59,14 @@ def basins(
     plane: Plane,
     joint: JointName | None = None,
     turns: Annotated[Natural, Field(ge=REPEATS)] = TURNS,
-    transient: Count = TRANSIENT,
     patience: Count = PATIENCE,
     tolerance: Annotated[Positive, unit("tolerance", "1")] = TOLERANCE,
     uncertainty: Flag = True,
     pairs: Annotated[Count, Field(le=10**7)] = 0,
     refine: Annotated[Count, Field(le=20)] = 0,
-    rtol: Rtol = 1e-8,
-    initial: Start | None = None,
-    max_steps: Natural | None = None,
     ensemble: Flag | None = None,
-    progress: Progress = None,
     n_jobs: Natural | None = None,
+    **motion: Unpack[Settling],
 ) -> xr.Dataset:
     """Find which attractor each start of a plane reaches.
 
@@ -83,8 +79,6 @@ def basins(
     turns : int
         Turns (periods of the forcing) after the transient by which an end is described: periods up to a
         quarter of them are found.
-    transient : int
-        Turns dropped before.
     patience : int
         How often a motion without a period is followed for `turns` more, before it counts as having none.
     tolerance : float
@@ -97,8 +91,8 @@ def basins(
     refine : int
         0: every node is followed. n: every 2^n-th node along each axis, and others where these end elsewhere,
         down to neighbouring nodes; the nearest node that was followed stands for each that was not.
-    rtol, initial, max_steps, progress, n_jobs
-        As in `sensitivity`; `initial` is the start that the plane goes through.
+    initial, n_jobs
+        As in `sensitivity`.
     ensemble : bool, optional
         Whether to follow eight motions at once; if left out, where that can be (see `bifurcation`).
 
@@ -122,9 +116,10 @@ def basins(
     import xarray as xr
 
     began, axes = time.perf_counter(), axis_values(plane)
-    together = in_lanes(ensemble, mechanism, rtol, math.prod(map(len, axes.values())))
-    observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, together)
-    starts = Starts(mechanism, initial, tuple(axes), joint)
+    together = in_lanes(ensemble, mechanism, motion["rtol"], math.prod(map(len, axes.values())))
+    settled = motion["transient"], turns, patience, tolerance
+    observation = Observation(*settled, motion["rtol"], motion["max_steps"], together)
+    starts, progress = Starts(mechanism, motion["initial"], tuple(axes), joint), motion["progress"]
     warm([starts.model], together)
     nodes = grid(axes)
     extra, distances = random_pairs(axes, pairs if uncertainty else 0)

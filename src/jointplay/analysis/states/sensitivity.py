@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
 
 from jointplay.analysis import rules
 from jointplay.analysis.exponents.growth import unresolved
-from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Small, Start, analysis
+from jointplay.analysis.keywords import JointName, Moving, Plane, Settling, Small, analysis
 from jointplay.analysis.labels import outcome
 from jointplay.analysis.states.divergence import Divergence
 from jointplay.analysis.states.field import field
@@ -65,6 +65,7 @@ def _transient_fits(neighbours: int | None, plane: Any, transient: int) -> Itera
     plane_fits,
     rules.start_fits,
     rules.turns_alike,
+    usual={"rtol": RTOL, "transient": 0},
 )
 def sensitivity(
     mechanism: Moving,
@@ -74,16 +75,12 @@ def sensitivity(
     distance: Small = DISTANCE,
     turns: Natural = 40,
     samples_per_turn: Natural = 1,
-    transient: Count = 0,
     compare: Annotated[Literal["section", "time"], accepts('"section" or "time"')] | None = None,
     plane: Plane | None = None,
     joint: JointName | None = None,
-    rtol: Rtol = RTOL,
-    initial: Start | None = None,
     seed: Count = 0,
-    max_steps: Natural | None = None,
-    progress: Progress = None,
     n_jobs: Natural | None = None,
+    **motion: Unpack[Settling],
 ) -> xr.Dataset:
     """Follow a bundle of neighbours of a motion, or exponents over a plane of initial states, or both.
 
@@ -112,8 +109,8 @@ def sensitivity(
         ``journal_velocity_x``, ``journal_velocity_y`` (m/s), or states.
     joint : str, optional
         Whose journal; the only one with clearance if left out.
-    rtol, initial, max_steps, progress
-        As in `simulate`; `initial` is the start that the plane goes through.
+    initial : optional
+        As in `lyapunov`: the start that the plane goes through.
     seed : int
         Of the neighbours' directions.
     n_jobs : int, optional
@@ -136,7 +133,8 @@ def sensitivity(
     """
     import xarray as xr
 
-    own = (references, distance, turns, samples_per_turn, transient, compare, rtol, seed, max_steps)
+    rtol, initial, limit, progress = (motion[key] for key in ("rtol", "initial", "max_steps", "progress"))
+    own = (references, distance, turns, samples_per_turn, motion["transient"], compare, rtol, seed, limit)
     bundle = Divergence(_count(neighbours, plane), *own)
     began, variables, coords, statuses = time.perf_counter(), {}, {}, []
     if bundle.neighbours:
@@ -146,7 +144,7 @@ def sensitivity(
     if plane is not None:
         rest = part(progress, 0.5 if bundle.neighbours else 0.0, 1.0)
         starts, axes = Starts(mechanism, initial, tuple(plane), joint), axis_values(plane)
-        variables |= field(starts, axes, turns, rtol, max_steps, rest, n_jobs)
+        variables |= field(starts, axes, turns, rtol, limit, rest, n_jobs)
         coords |= starts.axes(axes)
         statuses.append(plane_status(variables["node_status"][1]))
     variables |= outcome(max(statuses), began)

@@ -14,23 +14,13 @@ slowly than the turns dropped shows as no period.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
 
 from pydantic import BeforeValidator
 
 from jointplay.analysis.cells import Read, answered
 from jointplay.analysis.exponents import section_exponents
-from jointplay.analysis.keywords import (
-    Moving,
-    Names,
-    Progress,
-    Rtol,
-    Start,
-    Starts,
-    analysis,
-    as_list,
-    as_several,
-)
+from jointplay.analysis.keywords import Moving, Names, Settling, Starts, analysis, as_list, as_several
 from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rules import assembled_at, each_alike, quantity
 from jointplay.analysis.starts import placed
@@ -53,7 +43,7 @@ USUAL = (
     *("tangential_velocity", "angular_velocity"),
 )
 ONCE_A_TURN = CrankAngle()
-TURNS, TRANSIENT, LYAPUNOV_TURNS, KEEP = 300, 100, 200, 100
+TURNS, LYAPUNOV_TURNS, KEEP = 300, 200, 100
 CONTRAST = 0.5  # per turn: a map of it shows less as one colour
 
 
@@ -127,6 +117,7 @@ def lanes_fit(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: float
     refine_fits,
     lanes_fit,
     varied=at_largest,
+    usual={"rtol": RTOL},
 )
 def bifurcation(
     mechanism: Moving,
@@ -135,21 +126,17 @@ def bifurcation(
     section: Section = ONCE_A_TURN,
     record: Names | None = None,
     turns: Natural = TURNS,
-    transient: Count = TRANSIENT,
     direction: Direction = ("up",),
     starts: Starts | None = None,
     exponents: Count = 0,
     lyapunov_turns: Natural = LYAPUNOV_TURNS,
     tolerance: Annotated[Positive, unit("tolerance of a period", "1")] | None = None,
     keep: Natural = KEEP,
-    rtol: Rtol = RTOL,
-    initial: Start | None = None,
-    max_steps: Natural | None = None,
     refine: Count = 0,
     contrast: Annotated[NonNegative, unit("difference of exponents per turn", "1")] = CONTRAST,
     ensemble: Flag | None = None,
     n_jobs: Natural | None = None,
-    progress: Progress = None,
+    **motion: Unpack[Settling],
 ) -> xr.Dataset:
     """Describe the motions that a mechanism settles to, over one parameter or two.
 
@@ -166,9 +153,9 @@ def bifurcation(
     record : sequence of str, optional
         Quantities kept at section points; places and speeds of the journals and speeds of the links if left
         out, of a test system its state.
-    turns, transient : int
+    turns : int
         Turns of the crank (nominal, where the section is no crank angle) or periods of the forcing that are
-        looked at, and those dropped before, at each point.
+        looked at, at each point.
     direction : {"up", "down", "reset"} or several of them
         Along the last parameter: each point from its neighbour's end, upward or downward; or each from the
         given start.
@@ -187,10 +174,6 @@ def bifurcation(
     rtol : float
         Tolerated error of a step. The default, 1e-7, keeps section points of a periodic motion within 1e-5 of
         a clearance of each other, and costs four fifths of 1e-8.
-    initial : optional
-        As in `simulate`; a whole state vector, as ``end_state``, too.
-    max_steps : int, optional
-        Attempted steps of each run after which a point fails with status ``step_limit``.
     refine : int
         Of a reset sweep: how often boxes of the map are halved. Every 2^refine-th value of each parameter is
         computed first, and those between only where points around them differ: in period or status, or in
@@ -208,8 +191,6 @@ def bifurcation(
     n_jobs : int, optional
         Worker processes, 2 if left out. Sweeps up and down run one point after another, so that there are as
         many cells as directions, starts and values of the other parameter. The result does not depend on it.
-    progress : callable, optional
-        Called with the fraction done.
 
     Returns
     -------
@@ -238,16 +219,17 @@ def bifurcation(
         section=section,
         record=names(record, varied),
         turns=turns,
-        transient=transient,
+        transient=motion["transient"],
         keep=min(keep, turns),
         tolerance=tolerance,
         exponents=exponents,
         lyapunov_turns=lyapunov_turns,
-        rtol=rtol,
-        max_steps=max_steps,
+        rtol=motion["rtol"],
+        max_steps=motion["max_steps"],
         ensemble=ensemble,
     )
-    begun = (initial,) if starts is None else starts
+    begun = (motion["initial"],) if starts is None else starts
+    progress = motion["progress"]
     sweep = Sweep(mechanism, checked_axes(mechanism, over), direction, begun, plan)
     if not refine:
         return assembled(sweep, sweep.keys, answered(sweep.work(progress), n_jobs))

@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass
 from functools import cache, partial, wraps
 from inspect import Parameter, signature, unwrap
 from types import SimpleNamespace
 from typing import Annotated, Any, ClassVar, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
 
 from pydantic import ConfigDict, create_model
+from typing_extensions import get_original_bases, is_typeddict
 
+from jointplay.display.described import with_parameters
 from jointplay.display.errors import InputError, Problem, also_known
 from jointplay.solver.mechanism.base import Record
 
@@ -159,6 +162,54 @@ def _problems(rule: Rule, arguments: _Shared) -> list[Problem]:
         return list(rule(**own) or ())
     except InputError as error:
         return error.problems
+
+
+@dataclass(frozen=True)
+class Usual:
+    """Default of a keyword in a table that functions unpack, as ``Annotated[Rtol, Usual(1e-8)]``."""
+
+    value: Any
+
+
+def unpack(function: Callable[..., Any], usual: Mapping[str, Any]) -> None:
+    """Write the keywords of a table that a function unpacks (PEP 692) into its signature and docstring.
+
+    Parameters
+    ----------
+    function : callable
+        Takes ``**name: Unpack[table]``, with a table of keywords whose defaults are each `Usual`. One that
+        takes no table stays as it is. What its docstring describes itself is not described by the table.
+    usual : mapping of str to object
+        Defaults that are this function's own.
+
+    Raises
+    ------
+    TypeError
+        If a default is that of no keyword of the table.
+    """
+    given = signature(function)
+    *own, last = given.parameters.values()
+    if last.kind is not Parameter.VAR_KEYWORD:
+        return
+    hint = SimpleNamespace(__annotations__={last.name: function.__annotations__.pop(last.name)})
+    (table,) = get_args(get_type_hints(hint, function.__globals__)[last.name])
+    tables, hints = _with_bases(table), get_type_hints(table, include_extras=True)
+    if strange := usual.keys() - hints:
+        raise TypeError(f"{function.__name__} takes no {', '.join(sorted(strange))}")
+    for key in sorted(hints, key=lambda key: sum(key in each.__annotations__ for each in tables)):
+        kind, *more, default = get_args(hints[key])
+        function.__annotations__[key] = Annotated[kind, *more] if more else kind
+        text = re.sub(r"^Annotated\[(.*), Usual\(.*\)\]$", r"\1", table.__annotations__[key].__forward_arg__)
+        default = usual.get(key, default.value)
+        own.append(Parameter(key, Parameter.KEYWORD_ONLY, annotation=text, default=default))
+    function.__signature__ = given.replace(parameters=own)  # type: ignore[attr-defined]
+    function.__doc__ = with_parameters(function.__doc__, *tables)
+
+
+def _with_bases(table: type) -> list[type]:
+    """A table of keywords and those that it widens, the widest first."""
+    above = [base for base in get_original_bases(table) if is_typeddict(base)]
+    return [table, *(each for base in above for each in _with_bases(base))]
 
 
 def first(key: str) -> str:
