@@ -1,6 +1,7 @@
 """When a motion has settled, when its chaos lasts, and how far its forces are known."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -90,7 +91,7 @@ def test_beside_a_chaotic_motion_each_is_watched_for_whether_its_chaos_lasts(mon
 
     places = {begun: 1.0}
     ends = {"lasting": lambda each, *_: motion(1) if places.get(each, 1.0) >= 1.2 else each}
-    ends |= {"settled": lambda *_: begun, "present": lambda *_: 1.0}
+    ends |= {"settled": lambda *_: begun, "Parameter": lambda *_: SimpleNamespace(value=1.0)}
     ends["_located"] = lambda walk, name, trail, place, *_: (place[0], 0.0, 0.0, 0.0, np.nan, 1)
     for name, each in ends.items():
         monkeypatch.setattr(edges_module, name, each)
