@@ -105,7 +105,7 @@ def measures():
         "files of the suite": len(suite),
         "files with one reader": len(single),
         "entries at the top of the suite": sum(
-            not entry.name.startswith("__pycache__") for entry in top.iterdir()
+            entry.name not in ("__pycache__", "py.typed") for entry in top.iterdir()
         ),
         "files side by side in a room": max(rooms.values()),
         "repeated places": len(repeated(texts)),
