@@ -48,7 +48,7 @@ class Found(NamedTuple):
 
 def keys(system: Any) -> list[str]:
     """All parameters of a system: numbers of its equations, or key paths of a linkage."""
-    every = (each for each in Parameter.of(system) if each.differentiable)
+    every = (each for each in Parameter.of(system) if each.smooth)
     return [each.key for each in every if each.key not in NAMED or each.paths == (each.key,)]
 
 

@@ -28,8 +28,8 @@ def in_own_units(mechanism: Any, given: Mapping[str, Any]) -> dict[str, Any]:
     """
     if not isinstance(mechanism, Mechanism | TestSystem):
         return dict(given)
-    ways = {"over": _over, "by": _over, "plane": _plane, "region": _plane, "section": _section}
-    ways |= {"initial": _start, "starts": _starts, "subject": _subject}
+    ways = dict.fromkeys(("over", "by", "plane", "region"), _named)
+    ways |= {"initial": _start, "starts": _starts, "subject": _subject, "section": _section}
     plane = given.get("plane")
     followed = next(iter(plane), FOLLOWED) if isinstance(plane, Mapping) else FOLLOWED
     parameter = given.get("parameter", followed)
@@ -47,27 +47,25 @@ def _tried(way: Callable[[Any, Any], Any] | None, mechanism: Any, value: Any) ->
         return Refused(error)
 
 
-def _over(mechanism: Any, over: Any) -> Any:
-    if not isinstance(over, Mapping):
-        return over
-    return in_si(over, {key: declared_units(mechanism, key) for key in over})
+def _named(mechanism: Any, table: Any) -> Any:
+    """A table of parameters, or of coordinates of starts."""
+    return (
+        in_si(table, {name: _units(mechanism, name) for name in table})
+        if isinstance(table, Mapping)
+        else table
+    )
 
 
-def _plane(mechanism: Any, plane: Any) -> Any:
-    """Coordinates of starts, or parameters."""
+def _units(mechanism: Any, name: Any) -> str | None:
     from jointplay.analysis.states.start_plane import CRANK, JOURNAL, UNITS
 
-    if not isinstance(plane, Mapping):
-        return plane
-    named = {name: _plain(units) for name, (units, _) in (CRANK | JOURNAL).items()}
-    known = {key: declared_units(mechanism, key) for key in plane}
+    if (own := declared_units(mechanism, name)) is not None:
+        return own
     if isinstance(mechanism, TestSystem):
-        states = {name: mechanism.units.get(name, "1") for name in mechanism.states}
-        return in_si(plane, states | {key: units for key, units in known.items() if units})
-    words = {key: UNITS.get(str(key).split("_")[0]) for key in plane}
-    return in_si(
-        plane, {key: known[key] or named.get(key) or (words[key] and _plain(words[key])) for key in plane}
-    )
+        return mechanism.units.get(name, "1") if name in mechanism.states else None
+    named = {coordinate: units for coordinate, (units, _) in (CRANK | JOURNAL).items()}
+    found = named.get(name) or UNITS.get(str(name).split("_")[0])
+    return found and _plain(found)
 
 
 def _start(mechanism: Any, initial: Any) -> Any:

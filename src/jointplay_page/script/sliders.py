@@ -30,11 +30,13 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis import vary
+from jointplay.analysis.vary import cf_units
 from jointplay.display.errors import InputError
 from jointplay.display.number_text import raised
 from jointplay.display.units import PLAIN, shown
-from jointplay.solver.mechanism.paths import part_at
+from jointplay.solver.mechanism.base import is_number
+from jointplay.solver.mechanism.parameters import Parameter
+from jointplay.solver.mechanism.paths import parts_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 START = 1e-3  # what forms may leave of a start, in its tolerated errors
@@ -65,17 +67,21 @@ HIGHEST = 6  # degree of a polynomial
 class Slider:
     """A parameter, its range, and the form of each number that it changes, by that number's place.
 
-    `paths` lead to all numbers of the mechanism that it stands for; `refused` says whether there is nothing
-    below the range, or above it, that makes a mechanism of the same kind.
+    `refused` says whether there is nothing below the range, or above it, that makes a mechanism of the same
+    kind.
     """
 
     key: str
-    paths: tuple[str, ...]
-    value: float
+    parameter: Parameter
     low: float = 0.0
     high: float = 0.0
     refused: tuple[bool, ...] = ()
     forms: dict[Place, tuple[str, list[float]]] = field(default_factory=dict)
+
+    @property
+    def value(self) -> float:
+        """As it is stored."""
+        return self.parameter.value
 
     def moved(self, place: Place, first: float, x: float) -> float:
         """The number at a place where this parameter alone has the value x."""
@@ -107,8 +113,7 @@ def followed(mechanism: Mechanism | TestSystem, numbers: Numbers, closes: bool =
 
     def tried(values: dict[Slider, float]) -> Found | None:
         try:
-            changes = {path: x for slider, x in values.items() for path in slider.paths}
-            return numbers(mechanism.varied(changes))
+            return numbers(mechanism.varied({slider.parameter.key: x for slider, x in values.items()}))
         except InputError:
             return None
 
@@ -123,8 +128,8 @@ def followed(mechanism: Mechanism | TestSystem, numbers: Numbers, closes: bool =
         fixed.append((rules, "it does not go together with the sliders before it"))
         kept.remove(rules)
     return {
-        "parameters": [_described(mechanism, slider) for slider in kept],
-        "fixed": [_described(mechanism, slider) | {"why": why} for slider, why in fixed],
+        "parameters": [_described(slider) for slider in kept],
+        "fixed": [_described(slider) | {"why": why} for slider, why in fixed],
         "followed": [
             {
                 "array": array,
@@ -140,34 +145,35 @@ def followed(mechanism: Mechanism | TestSystem, numbers: Numbers, closes: bool =
 
 def candidates(mechanism: Mechanism | TestSystem) -> Iterator[Slider]:
     """Yield the parameters that might get a slider, the most asked for first."""
-    if isinstance(mechanism, TestSystem):
-        for name, value in mechanism.parameters.items():
-            if value and not isinstance(value, bool):
-                yield Slider(name, (name,), value)
-        return
+    linkage = isinstance(mechanism, Mechanism)
+    found = _of_linkage(mechanism) if linkage else {name: name for name in mechanism.parameters}
+    for key, name in found.items():
+        parameter = Parameter(mechanism, name)
+        if is_number(parameter.value) and parameter.value:
+            yield Slider(key, parameter)
+
+
+def _of_linkage(mechanism: Mechanism) -> dict[str, str]:
+    """Keys of parameters, there or not, of each slider that a linkage might have."""
     loose = [joint.name for joint in mechanism.clearance_joints]
-    found = {f"clearance.{name}": [f"joints.{name}.clearance"] for name in loose}
-    found |= {name: [f"drive.{name}"] for name in ("gear_ratio", "speed")}
+    found = {f"clearance.{name}": f"joints.{name}.clearance" for name in loose}
+    found |= {name: f"drive.{name}" for name in ("gear_ratio", "speed")}
     found |= {
-        f"{word}.{name}": [f"joints.{name}.{path}"] for name in loose for word, path in OF_A_JOINT.items()
+        f"{word}.{name}": f"joints.{name}.{path}" for name in loose for word, path in OF_A_JOINT.items()
     }
     for link in mechanism.links:  # a length, with all joints at the far end
         pairs = [(joint, side) for joint in mechanism.joints for side in SIDES]
         pins = [(f"joints.{joint.name}.{side}.at", getattr(joint, side)) for joint, side in pairs]
         ends = [path for path, pin in pins if (pin.link, pin.at) == (link.name, link.length)]
-        found |= {f"length.{link.name}": [f"links.{link.name}.length", *ends]} if ends else {}
+        found |= {f"length.{link.name}": " + ".join([f"links.{link.name}.length", *ends])} if ends else {}
     names = [link.name for link in mechanism.links]
-    found |= {f"{word}.{name}": [f"links.{name}.{word}"] for name in names for word in OF_A_LINK}
-    found |= {name: [f"drive.{name}"] for name in ("rated_torque", "efficiency")} | {"gravity": ["gravity"]}
-    for key, paths in found.items():
-        value, missing = part_at(mechanism, paths[0], key)
-        if value and not missing:
-            yield Slider(key, tuple(paths), value)
+    found |= {f"{word}.{name}": f"links.{name}.{word}" for name in names for word in OF_A_LINK}
+    return found | {name: f"drive.{name}" for name in ("rated_torque", "efficiency")} | {"gravity": "gravity"}
 
 
 def _fitted(slider: Slider, tried: Callable, first: Found) -> str:
     """Find the range and the forms; why there are none, or nothing."""
-    word = slider.paths[-1].rpartition(".")[2]
+    word = slider.parameter.key.rpartition(".")[2]
     share = RANGES.get(word, RANGES[""])
     ends = [_end(slider, slider.value * each, tried) for each in share]
     if None in ends:
@@ -247,13 +253,12 @@ def _together(
     return None
 
 
-def _described(mechanism: Mechanism | TestSystem, slider: Slider) -> dict[str, Any]:
-    (axis,) = vary.axes(mechanism, {slider.paths[0]: [slider.value]})
-    unit = shown(slider.value, axis.units)
+def _described(slider: Slider) -> dict[str, Any]:
+    unit = shown(slider.value, cf_units(slider.parameter.units))
     return {
         "key": slider.key,
-        "paths": slider.paths,
-        "label": axis.long_name,
+        "paths": parts_of(slider.parameter.key),
+        "label": slider.parameter.noun,
         "unit": "" if unit.symbol in PLAIN.values() else raised(unit.symbol),
         "factor": unit.factor,
         "value": slider.value,

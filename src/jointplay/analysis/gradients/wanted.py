@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from jointplay.analysis.gradients.multipliers import MULTIPLIERS
 from jointplay.analysis.quantities import BALANCE, WORDS, WORK
 from jointplay.display.errors import NOTHING, InputError, Problem, unknown
-from jointplay.solver.mechanism.parameters import NAMED, Parameter
+from jointplay.solver.mechanism.parameters import EXAMPLE, NAMED, Parameter
 from jointplay.solver.mechanism.paths import parts_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
@@ -134,8 +134,10 @@ def parameters_fit(
             if name not in states:
                 yield unknown(place, key, name, states, "state")
             continue
-        for part in parts_of(key):
-            yield from _part_fits(mechanism, part, place)
+        wrong = [problem for part in parts_of(key) for problem in _part_fits(mechanism, part, place)]
+        yield from wrong
+        if not wrong and not Parameter(mechanism, key).uniform:
+            yield Problem(place, key, f"what has one value here is accepted, or one path, as {EXAMPLE}")
 
 
 def _part_fits(mechanism: Mechanism | TestSystem, key: str, place: str) -> Iterator[Problem]:
@@ -144,7 +146,7 @@ def _part_fits(mechanism: Mechanism | TestSystem, key: str, place: str) -> Itera
     except InputError as error:
         yield from (replace(problem, given=key) for problem in error.problems)
         return
-    if not parameter.differentiable:
+    if not parameter.smooth:
         also = f", one of {', '.join(NAMED)} or a path," if isinstance(mechanism, Mechanism) else ""
         given = NOTHING if parameter.value is None else parameter.value
         yield Problem(place, key, f"a parameter that has a value here{also} is accepted, not {given!r}")

@@ -67,7 +67,12 @@ def branch_fits(
     except InputError as error:
         yield from error.problems
         return
-    value = Parameter(mechanism, parameter).value if start is None else start
+    own = Parameter(mechanism, parameter).value
+    if isinstance(own, int):
+        text = f"the range of what can change by little is accepted, and {parameter} is a whole number"
+        yield Problem("range", range, text)
+        return
+    value = own if start is None else start
     if not is_number(value) or not range[0] <= value <= range[1]:
         given = NOTHING if value is None else value
         yield Problem("start", given, f"a number from {range[0]:g} to {range[1]:g} is needed")

@@ -30,7 +30,7 @@ from jointplay.solver.mechanism.parts.friction import Friction
 from jointplay.solver.mechanism.parts.joints import Joint
 from jointplay.solver.mechanism.parts.loads import AnyLoad
 from jointplay.solver.mechanism.parts.springs import AnySpring
-from jointplay.solver.mechanism.paths import at_paths
+from jointplay.solver.mechanism.paths import at_paths, is_path, part_at
 from jointplay.solver.mechanism.plausible import too_wide
 from jointplay.solver.mechanism.signature import first
 
@@ -158,7 +158,16 @@ def paths_of(mechanism: _Linkage, word: str, bent: Sequence[str] | None = None) 
     if word in _OF_BEAMS:
         bent = [link.name for link in mechanism.links if link.elastic] if bent is None else bent
         return tuple(f"links.{name}.beam.{word}" for name in bent)
-    return (f"drive.{word}",) if word in (*_OF_MOTORS, "speed") else (word,)
+    if word == "speed":  # a servo has another one, that of its wanted angle
+        return ("drive.speed",) if isinstance(mechanism.drive, ConstantSpeed) else ()
+    return (f"drive.{word}",) if word in _OF_MOTORS else (word,)
+
+
+def value_of(mechanism: Any, key: str) -> Any:
+    """What a word or a path stands for at present, 0 of a friction that is not there; None where nothing."""
+    first = (key,) if is_path(key) else paths_of(mechanism, key)[:1]
+    found = part_at(mechanism, *first, "")[0] if first else None
+    return 0.0 if found is None and key == "friction" else found
 
 
 def _valid(mechanism: _Linkage, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
@@ -179,11 +188,13 @@ def _valid(mechanism: _Linkage, changes: Mapping[str, Any]) -> tuple[dict[str, A
 
 def main_joint(mechanism: _Linkage) -> str:
     """Name of the joint whose clearance a bare number is: B, or where B can have none the only other."""
-    able = [joint.name for joint in mechanism.joints if joint.contact and joint.radius]
+    sized = [joint for joint in mechanism.joints if joint.sized]
+    revolute = [joint.name for joint in sized if not joint.prismatic]
     loose = [joint.name for joint in mechanism.joints if joint.clearance]
-    if MAIN_JOINT in able:
+    if MAIN_JOINT in revolute:
         return MAIN_JOINT
-    return (loose if len(loose) == 1 else able if len(able) == 1 else [MAIN_JOINT])[0]
+    only = (names[0] for names in (loose, revolute, [joint.name for joint in sized]) if len(names) == 1)
+    return next(only, MAIN_JOINT)
 
 
 def _clearance_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:

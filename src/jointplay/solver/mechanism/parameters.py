@@ -1,8 +1,8 @@
 """Parameters: numbers of a mechanism that can be others, which all who vary or differentiate them ask.
 
 A parameter is named by a word such as ``clearance``, an alias of key paths (`changes.paths_of`), by a path
-itself, as ``joints.B.contact.stiffness``, or by several of either with ``+`` between them, which all have its
-value then. Those of a system of equations are its own, by their names.
+itself, as ``joints.B.contact.stiffness``, or by several of either with ``+`` between them, of which the first
+has its value and the others change by as much. Those of a system of equations are its own, by their names.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from jointplay.display.errors import InputError, Problem, join, unknown
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism.base import is_number
-from jointplay.solver.mechanism.changes import Changes, paths_of
+from jointplay.solver.mechanism.changes import Changes, paths_of, value_of
 from jointplay.solver.mechanism.directions import Directions, along
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.own.own import SYSTEMS
@@ -31,14 +31,13 @@ from jointplay.solver.mechanism.records import Contact, Friction, Mechanism, Tes
 
 NAMED = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
 EXAMPLE = "joints.B.contact.stiffness"
-ABSENT = {"friction": 0.0}  # values of words where nothing stands at their paths
 # tuples of named records, and what each holds
 PARTS = {"joints": "joint", "links": "link", "springs": "spring", "loads": "load"}
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number of a mechanism that can be another, or several that change alike.
+    """A number of a mechanism that can be another, or several that change by the same amount.
 
     Parameters
     ----------
@@ -77,13 +76,20 @@ class Parameter:
     @cached_property
     def value(self) -> Any:
         """Its present value, SI; None where it has none."""
-        found = part_at(self.mechanism, self.paths[0], "")[0] if self.paths else None
-        return ABSENT.get(self.key) if found is None else found
+        first = parts_of(self.key)[0]
+        system = isinstance(self.mechanism, TestSystem)
+        return self.mechanism.parameters.get(first) if system else value_of(self.mechanism, first)
 
     @property
-    def differentiable(self) -> bool:
-        """Whether it has a value that can change by little."""
+    def smooth(self) -> bool:
+        """Whether it has a value that can change by little, which a count has not."""
         return is_number(self.value) and not isinstance(self.value, int)
+
+    @property
+    def uniform(self) -> bool:
+        """Whether all that it stands for has its value, so that the mechanism is what it is at that value."""
+        linkage = isinstance(self.mechanism, Mechanism)
+        return not linkage or self.paths == (self.key,) or self.at(self.value) == self.mechanism
 
     @cached_property
     def _field(self) -> tuple[FieldInfo | None, str, str]:
@@ -116,6 +122,8 @@ class Parameter:
 
     def directions(self, assembled: Callable[[Any], Model], **how: Any) -> Directions:
         """Which numbers of the equations, start and period change with it, and their derivatives.
+
+        `InputError` where it has none: it can change to one side alone, or changes which equations hold.
 
         Parameters
         ----------

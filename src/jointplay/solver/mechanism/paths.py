@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any, TypeVar, get_args
 
 from jointplay.display.errors import InputError, Problem, join, unknown
-from jointplay.solver.mechanism.base import Record
+from jointplay.solver.mechanism.base import Record, is_number
 
 WITH_PARTS = ("links", "joints", "springs", "loads", "drive")
 R = TypeVar("R", bound=Record)
@@ -19,13 +19,22 @@ def is_path(key: Any) -> bool:
 
 
 def parts_of(key: Any) -> list[Any]:
-    """The words or paths of several that change alike, as ``links.coupler.length + joints.B.journal.at``."""
+    """Words or paths that change by one amount, as in ``links.coupler.length + joints.B.journal.at``."""
     return [part.strip() for part in key.split("+")] if isinstance(key, str) and "+" in key else [key]
 
 
-def alike(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Changes one by one, of several that change alike too."""
-    return {part: value for key, value in changes.items() for part in parts_of(key)}
+def one_by_one(changes: Mapping[str, Any], value_of: Callable[[str], Any]) -> dict[str, Any]:
+    """Changes of single words and paths: of several the first gets the value, others go by as much."""
+    found = {}
+    for key, value in changes.items():
+        first, *others = parts_of(key)
+        own = {each: value_of(each) for each in others and (first, *others)}
+        shifted = all(map(is_number, (value, *own.values())))
+        found |= {
+            k: x + (value - own[first]) if shifted and x != own[first] else value for k, x in own.items()
+        }
+        found[first] = value
+    return found
 
 
 def steps(path: str) -> list[str]:

@@ -8,7 +8,7 @@ All are validated and frozen; every record of the package can be imported from h
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
@@ -30,7 +30,7 @@ from jointplay.solver.mechanism.base import (
     hash_of,
     measured,
 )
-from jointplay.solver.mechanism.changes import MAIN_JOINT, Changes, changed
+from jointplay.solver.mechanism.changes import MAIN_JOINT, Changes, changed, value_of
 from jointplay.solver.mechanism.draft import Draft, driven_link
 from jointplay.solver.mechanism.own.own import System
 from jointplay.solver.mechanism.own.own_parts import Impact, Jump, Rubbing, Switch, Touch
@@ -49,7 +49,7 @@ from jointplay.solver.mechanism.parts.drive import (
 from jointplay.solver.mechanism.parts.joints import Contact, Friction, Joint, Pin
 from jointplay.solver.mechanism.parts.loads import AnyLoad, Force, Torque
 from jointplay.solver.mechanism.parts.springs import AnySpring, Spring, TorsionSpring
-from jointplay.solver.mechanism.paths import alike, as_counted, checked_paths, with_parts
+from jointplay.solver.mechanism.paths import as_counted, checked_paths, one_by_one, with_parts
 from jointplay.solver.mechanism.section import ContactSection, CrankAngle, Plane, Section, SeparationSection
 from jointplay.solver.mechanism.signature import checked
 
@@ -206,7 +206,8 @@ class Mechanism(Record):
         return self._varied(changes)
 
     def _varied(self, changes: Mapping[str, Any]) -> Mechanism:
-        return self.replace(**{key: as_counted(Changes, key, value) for key, value in alike(changes).items()})
+        single = one_by_one(changes, partial(value_of, self))
+        return self.replace(**{key: as_counted(Changes, key, value) for key, value in single.items()})
 
     def known_by(self, numbers: Mapping[str, float]) -> Mechanism:
         """Give the copy with other numbers, for a hash."""

@@ -11,7 +11,7 @@ from jointplay.display.errors import InputError, refuse, unknown
 from jointplay.solver.mechanism.measures import in_si
 from jointplay.solver.mechanism.own.own_equations import Equations
 from jointplay.solver.mechanism.own.well_posed import problems
-from jointplay.solver.mechanism.paths import alike
+from jointplay.solver.mechanism.paths import one_by_one
 from jointplay.solver.mechanism.signature import checked
 
 
@@ -94,14 +94,15 @@ class System(Equations):
 
     def varied(self, changes: Mapping[str, Any]) -> System:
         """Give a copy as sweeps vary it, by the keys of `mechanism.parameters`."""
-        return self.replace(**alike(changes)) if changes else self
+        return self.replace(**one_by_one(changes, self.parameters.get)) if changes else self
 
     def known_by(self, numbers: Mapping[str, float]) -> System:
         """Give a copy with other parameters for a hash alone: it is not checked, as `replace` does.
 
         An entry of the catalog is without its states, which follow from its parameters.
         """
-        parameters = self.parameters | {key: float(value) for key, value in alike(numbers).items()}
+        single = one_by_one(numbers, self.parameters.get)
+        parameters = self.parameters | {key: float(value) for key, value in single.items()}
         states = {} if self.system else self.states
         return self.model_copy(update={"parameters": parameters, "states": states})
 

@@ -1,0 +1,208 @@
+"""Every parameter of every preset: replaced, varied, differentiated and refused as the one object says."""
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.analysis.own_units import in_own_units
+from jointplay.analysis.vary import axes
+from jointplay.display.errors import InputError
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.parameters import NAMED, Parameter
+from jointplay.solver.mechanism.paths import part_at
+from jointplay.study import file
+from tests.mechanism.test_catalog import LINKAGES, REQUIRED
+
+PRESETS = [*jp.catalog.NAMES]
+EACH = 5  # so many of the parameters is differentiated
+ALONE = (  # what is refused of numbers that mean nothing here, or go with others
+    *(
+        "with kind = 'prismatic' only",
+        "is given by point",
+        "the ends of the elastic",
+        "slider greater than 0",
+    ),
+    *("needs a journal radius", "without a viscous part", "a finite speed"),
+)
+
+
+def preset(name):
+    return jp.catalog.NAMES[name](**REQUIRED.get(name, {}))
+
+
+def told(function, *given):
+    """Key and message of each problem."""
+    with pytest.raises(InputError) as error:
+        function(*given)
+    return {problem.key: problem.expected for problem in error.value.problems}
+
+
+def near(parameter):
+    """A value beside the parameter's own that makes a mechanism; None where it is known why there is none."""
+    own = parameter.value
+    step = 1 if isinstance(own, int) else 1e-3 * abs(own) or 1e-5
+    said = ""
+    for value in (own + step, own - step):
+        try:
+            parameter.at(value)
+        except InputError as error:
+            said += str(error)
+        else:
+            return value
+    assert any(words in said for words in ALONE), said
+    return None
+
+
+def checked_study(name, table=(), vary=()):
+    """A study file of a preset whose mechanism has other values, or whose values vary."""
+    given = {"catalog": name} | REQUIRED.get(name, {}) | dict(table)
+    more = {"vary": dict(vary)} if vary else {}
+    return file.validate(
+        {"kind": "response", "name": "a", "mechanism": given, "analysis": {"duration": 1e-3}} | more
+    )
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_each_can_be_replaced_and_varied(name):
+    mechanism, alone = preset(name), []
+    listed = list(Parameter.of(mechanism))
+    assert listed
+    for one in listed:
+        value = near(one)
+        if value is None:
+            alone.append(one)
+            continue
+        changed = one.at(value)
+        assert changed == mechanism.replace(**{one.key: value}) != mechanism
+        if not one.key.endswith(".order"):  # by which a harmonic is found
+            assert {part_at(changed, path, "")[0] for path in one.paths} == {value}
+            again = Parameter(changed, one.key)
+            assert (again.value, again.units, again.noun) == (value, one.units, one.noun)
+        loose = len(getattr(mechanism, "clearance_joints", ()))
+        assert (one.at(one.value) == mechanism) == one.uniform == (one.key != "clearance" or loose < 2)
+        (axis,) = axes(mechanism, {one.key: [value, one.value]})
+        assert (axis.key, axis.long_name, {*axis.values}) == (one.key, one.noun, {value, one.value})
+    assert {one.value for one in alone if "rod" not in one.key and one.key != "joints.B.journal.at"} <= {0.0}
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_each_takes_its_unit_and_is_refused_beyond_its_bounds_in_one_voice(name):
+    mechanism, linkage = preset(name), name in LINKAGES
+    for one in [*Parameter.of(mechanism)][:: EACH if linkage else 1]:
+        text = f"{one.value!r} {one.units}".removesuffix(" 1")
+        if one.units != "1":
+            assert in_own_units(mechanism, {"over": {one.key: [text]}}) == {"over": {one.key: [one.value]}}
+            assert checked_study(name, vary={one.key: [text]}).vary == {one.key: (one.value,)}
+            if near(one) is not None and one.uniform and "harmonics" not in one.key and linkage:
+                assert checked_study(name, {one.key: text}).mechanism == one.at(one.value)
+        if one.bounds:
+            (name_of, limit), *_ = one.bounds.items()
+            beyond = {"gt": limit, "lt": limit, "ge": limit - 1.0, "le": limit + 1.0}[name_of]
+            (said,) = told(one.at, beyond).values()
+            assert f"{limit:g}" in said
+            assert told(axes, mechanism, {one.key: [beyond]}) == {f"over.{one.key}[0]": said}
+            assert told(checked_study, name, {}, {one.key: [beyond]}) == {f"vary.{one.key}[0]": said}
+            if linkage:
+                assert told(checked_study, name, {one.key: beyond}) == {f"mechanism.{one.key}": said}
+
+
+def sides(parameter, h):
+    """Models of the mechanism a little above and below the parameter's own value, where it has both."""
+    try:
+        return [assemble(parameter.at(parameter.value + step)) for step in (h, -h)]
+    except InputError:
+        return []
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_each_has_the_derivative_of_its_numbers_or_none(name):
+    mechanism, found = preset(name), []
+    here = assemble(mechanism)
+    names = cache.structure_module(here.structure).PARAMETERS
+    smooth = [one for one in Parameter.of(mechanism) if one.smooth]
+    for one in [one for one in smooth if one.uniform][::EACH]:
+        h = 1e-4 * abs(one.value) or 1e-6
+        beside = sides(one, h)
+        try:
+            directions = one.directions(assemble)
+        except InputError:
+            assert not beside or {each.structure for each in beside} != {here.structure}, one.key
+            continue
+        above, below = beside
+        rates = dict(zip(directions.names[0], directions.rates, strict=True))
+        got, expected = (
+            np.array([rates.get(each, 0.0) for each in names]),
+            (above.numbers - below.numbers) / 2 / h,
+        )
+        rounding = 1e-14 * np.abs(here.numbers) / h
+        np.testing.assert_array_less(
+            np.abs(got - expected), 1e-5 * np.abs(got) + 2 * rounding + 1e-300, one.key
+        )
+        moved = (above.state - below.state) / 2 / h
+        rounding = 1e-13 * (1 + np.max(np.abs(here.state))) / h
+        np.testing.assert_allclose(directions.starts[0], moved, rtol=1e-5, atol=rounding, err_msg=one.key)
+        found.append(one.key)
+    assert len(found) > len(smooth) / EACH / 3
+
+
+@pytest.mark.parametrize("word", NAMED)
+def test_a_word_is_an_alias_of_the_paths_at_which_its_value_stands(word):
+    mechanism = jp.catalog.chunmei2002(elastic=("coupler", "rocker"))
+    if word == "speed":
+        mechanism = mechanism.replace(speed=30.0)
+    value = {"elements": 3, "clearance": 1e-4}.get(word, 0.25)
+    one, changed = Parameter.named(mechanism, word), mechanism.replace(**{word: value})
+    assert one.paths
+    assert {part_at(changed, path, "")[0] for path in one.paths} == {value}
+    assert Parameter(changed, word).value == value
+
+
+def test_a_word_without_one_value_is_not_differentiated():
+    mechanism = jp.catalog.chunmei2002(clearance={"B": 2.9e-5, "C": 1e-5})
+    (said,) = told(lambda by: jp.gradient(mechanism, by=[by]), "clearance").values()
+    assert "what has one value here is accepted" in said
+
+
+def test_several_change_by_the_same_amount_from_where_each_is():
+    """A linkage that is moved as a whole moves as before; no start is where both pivots are at one place."""
+    mechanism = jp.catalog.chunmei2002(clearance=0.0)
+    pivots = [f"joints.{name}.bearing.point[0]" for name in ("C", "O")]
+    moved = Parameter.named(mechanism, " + ".join(pivots)).at(0.25)
+    assert [moved.joint(name).bearing.point[0] for name in "CO"] == pytest.approx([0.25, 0.05], rel=1e-15)
+    found = jp.gradient(mechanism, of=["end:angle:rocker"], by=[*pivots, " + ".join(pivots)])
+    one, other, both = found["derivative"].values[0]
+    assert abs(one) > 1
+    assert one + other == pytest.approx(both, abs=1e-8 * abs(one))
+    assert both == pytest.approx(0.0, abs=1e-8 * abs(one))
+
+
+def test_a_bare_clearance_is_that_of_the_only_joint_that_can_have_one():
+    guided = jp.catalog.flores2010(clearance=5e-4)
+    assert guided == jp.catalog.flores2010(clearance={"G": 5e-4})
+    assert Parameter(guided, "clearance").value == 5e-4
+
+
+def test_several_that_change_alike_are_one_parameter_wherever_one_is_named():
+    """A coupler cannot be longer than where its far joint sits, but both can be moved at once."""
+    mechanism, key = (
+        jp.catalog.chunmei2002(elastic=("coupler",)),
+        "links.coupler.length + joints.B.journal.at",
+    )
+    longer = mechanism.replace(**{"links.coupler.length": 0.182, "joints.B.journal.at": 0.182})
+    one = Parameter.named(mechanism, key)
+    assert (one.value, one.units, one.noun, one.uniform) == (0.181, "m", "length of link coupler", True)
+    assert one.at(0.182) == longer
+    (axis,) = axes(mechanism, {key: [0.18, 0.182]})
+    assert (axis.name, axis.key, axis.units) == ("length", key, "m")
+    study = checked_study("chunmei2002", {"elastic": ["coupler"]}, {key: ["182 mm"]})
+    assert study.vary == {key: (0.182,)}
+    assert told(axes, mechanism, {key: [0.18], "links.coupler.length": [0.18]}).keys() >= {f"over.{key}"}
+    duffing = jp.catalog.duffing()
+    assert duffing.varied({"amplitude + damping": 0.8}) == jp.catalog.duffing(amplitude=0.8, damping=0.7)
+
+
+def test_a_count_has_no_branch():
+    bent = jp.catalog.chunmei2002(elastic=("coupler",), elements=2)
+    found = told(lambda: jp.continuation(bent, parameter="elements", range=(1.0, 3.0)))
+    assert "elements is a whole number" in found["range"]
