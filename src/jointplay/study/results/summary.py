@@ -10,7 +10,7 @@ import xarray as xr
 
 from jointplay.display.errors import of_a_result, refuse
 from jointplay.display.number_text import plain
-from jointplay.kinds import KINDS, load
+from jointplay.kinds import KINDS
 from jointplay.solver.mechanism.base import accepts
 from jointplay.solver.mechanism.signature import checked
 from jointplay.study.results.answers import sweeps
@@ -88,7 +88,7 @@ def answer(dataset: xr.Dataset) -> list[str]:
     row = KINDS[str(dataset.attrs["kind"])]
     if "swept" in dataset.attrs:
         return sweeps.answer(dataset, row).splitlines()
-    if row.summary:
-        return load(row.summary)(dataset).splitlines()
-    shown = next((each for each in row.shown if each.name in dataset), None)
+    if row.answer:
+        return row.answer(dataset).splitlines()
+    shown = next((each for each in row.in_sweeps if each.name in dataset), None)
     return [f"{shown.title or shown.name}: {plain(float(dataset[shown.name].max()))}"] if shown else []

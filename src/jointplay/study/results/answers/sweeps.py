@@ -8,7 +8,7 @@ import numpy as np
 
 from jointplay.display.number_text import plain
 from jointplay.display.units import measure
-from jointplay.kinds import Kind, Shown, load
+from jointplay.kinds import Kind, Shown
 from jointplay.study.results.answers import stretches
 
 if TYPE_CHECKING:
@@ -21,11 +21,11 @@ def answer(dataset: Dataset, row: Kind) -> str:
     lines, good = stretches.failures(dataset, dims), (dataset["cell_status"] == 0).transpose(*dims).values
     if not good.any():
         return "\n".join(lines)
-    if row.verdict:
-        words = load(row.verdict)(dataset).transpose(*dims).values.astype(object)
+    if row.words:
+        words = row.words(dataset).transpose(*dims).values.astype(object)
         words[~good] = stretches.FAILED
         lines.append(stretches.told(words.astype(str), _axes(dataset, dims)))
-    shown = next((each for each in row.shown if each.name in dataset), None)
+    shown = next((each for each in row.in_sweeps if each.name in dataset), None)
     if shown:
         lines += _ends(dataset, shown, dims)
     return "\n".join(lines or [f"{good.size} values, all ok"])
