@@ -54,7 +54,8 @@ class Kind:
     length : str
         Length of a study of this kind, in a line, with its keywords in braces.
     shown : tuple of Shown
-        Default quantities of a sweep's figure; the first whose variable the result has is taken.
+        Default quantities of a sweep's figure; the first whose variable the result has is taken. Empty, as
+        `summary` and `verdict`, of an analysis that declares what it gives.
     recorded : str
         Where the function is that names the recorded quantities, given ``record`` and the mechanism.
     varies : bool
@@ -93,6 +94,32 @@ class Kind:
     def function(self) -> Callable[..., Any]:
         """The analysis function."""
         return load(self.home)
+
+    @property
+    def outputs(self) -> Any:
+        """What the analysis declares that it gives (`analysis.declared`); None where it declares nothing."""
+        return getattr(self.function, "outputs", None)
+
+    @property
+    def answer(self) -> Callable[[Any], str] | None:
+        """Function that gives the answer of a result; None: it is the number that a sweep shows."""
+        if self.outputs is not None:
+            return self.outputs.answer
+        return load(self.summary) if self.summary else None
+
+    @property
+    def words(self) -> Callable[[Any], Any] | None:
+        """Function that gives the answer of each cell of a sweep in a word; None where nothing does."""
+        if self.outputs is not None:
+            return self.outputs.words if self.outputs.verdict else None
+        return load(self.verdict) if self.verdict else None
+
+    @property
+    def in_sweeps(self) -> tuple[Shown, ...]:
+        """Default quantities of a sweep's figure, as declared or else as in `shown`."""
+        if self.outputs is None:
+            return self.shown
+        return tuple(Shown(name, (*out.at.items(),), out.shown or "") for name, out in self.outputs.figure())
 
 
 def load(home: str) -> Any:
@@ -162,17 +189,12 @@ _ROWS = (
         ".analysis.signals.chaos_test:chaos_test",
         ("chaos_test",),
         "{turns} section points after {transient} dropped turns",
-        (Shown("chaos_indicator_quartile", (("quartile", 0.5),), "median K of the 0-1 test"),),
-        summary=".study.results.answers.motions:chaos_test",
-        verdict=".study.results.answers.motions:chaos_test_verdict",
         example={"analysis": {"transient": 50}},
     ),
     Kind(
         "spectrum",
         ".analysis.signals.spectrum:spectrum",
         ("spectrum",),
-        shown=(Shown("variance"),),
-        summary=".study.results.answers.motions:spectrum",
         example={"analysis": {"transient": 50, "turns": 100}},
     ),
     Kind(
@@ -180,8 +202,6 @@ _ROWS = (
         ".analysis.signals.dimension:dimension",
         ("dimension",),
         "{turns} section points after {transient} dropped turns",
-        (Shown("correlation_dimension"),),
-        summary=".study.results.answers.motions:dimension",
         example={"analysis": {"transient": 50}},
     ),
     Kind(

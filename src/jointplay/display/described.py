@@ -1,6 +1,7 @@
 """Descriptions of parameters and fields, as the docstrings of functions and records give them."""
 
 import re
+import textwrap
 from collections.abc import Iterable
 from inspect import cleandoc, getdoc, isclass
 from typing import Any
@@ -39,6 +40,13 @@ def with_parameters(doc: str | None, *more: type) -> str:
     before, head, after = text.partition(_HEAD)
     own, gap, rest = after.partition("\n\n")
     return before + head + own + told + gap + rest
+
+
+def with_returns(doc: str | None, given: str) -> str:
+    """A docstring that says, before what is raised, which dataset is returned."""
+    before, gap, rest = cleandoc(doc or "").partition("\n\nRaises\n------\n")
+    lines = textwrap.indent(given, "    ", lambda line: True)
+    return f"{before}\n\nReturns\n-------\nxarray.Dataset\n{lines}{gap}{rest}"
 
 
 def _paragraphs(doc: str) -> Iterable[tuple[str, str, str]]:

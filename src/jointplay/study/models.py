@@ -358,7 +358,7 @@ def _sweep_problems(
 ) -> Iterator[Problem]:
     """Problems of the options of a figure of all cells."""
     usual = figures.suited(row)[:1]
-    unnamed = not row.shown or any(figures.study_problems(kind, {"kind": kind}, asked) for kind in usual)
+    unnamed = not row.in_sweeps or any(figures.study_problems(kind, {"kind": kind}, asked) for kind in usual)
     if not options.get("quantity") and unnamed:
         expected = f"the name of a variable is needed: a {row.name} has no usual number here"
         yield Problem("figure.quantity", options.get("quantity", NOTHING), expected)

@@ -22,7 +22,7 @@ def test_a_sine_and_white_noise(window):
     amplitude, frequency, size = 2.0, 5.0, 0.1
     time = np.arange(2**15) / RATE
     found = density(amplitude * np.sin(2 * math.pi * frequency * time) + noise(2**15, size), RATE, 31, window)
-    f, values = found["frequency"], found["density"]
+    f, values = found["frequency"], found["power_spectral_density"]
     near = np.abs(f - frequency) < 0.5
     width = f[1] - f[0]
     floor = 2 * size**2 / RATE
@@ -37,7 +37,7 @@ def test_a_sine_and_white_noise(window):
 def test_parseval(count):
     """Without a window, the periodogram of the whole record holds its variance to the last digits."""
     found = density(noise(count), RATE, 1, "boxcar")
-    assert found["residual"] < 1e-12
+    assert found["parseval_residual"] < 1e-12
     assert len(found["frequency"]) == count // 2 + 1
 
 
@@ -45,10 +45,10 @@ def test_parseval(count):
 def test_interval_of_noise(segments, window):
     """Estimates of noise scatter as their degrees of freedom say, and 95 of 100 intervals hold the truth."""
     found = density(noise(2**16), RATE, segments, window)
-    values, degrees, truth = found["density"][2:-2], found["degrees"], 2 / RATE
+    values, degrees, truth = found["power_spectral_density"][2:-2], found["degrees_of_freedom"], 2 / RATE
     assert values.mean() == pytest.approx(truth, rel=0.02)
     assert 2 * values.mean() ** 2 / values.var() == pytest.approx(degrees, rel=0.1)
-    low, high = found["factors"]
+    low, high = found["confidence_factor"]
     held = np.mean((values * low < truth) & (truth < values * high))
     assert held == pytest.approx(0.95, abs=0.01)
 
@@ -64,7 +64,7 @@ def test_as_many_segments_as_asked_for(count, segments):
     powers = [np.abs(np.fft.rfft(part - part.mean())) ** 2 for part in parts]
     expected = 2 * np.mean(powers, axis=0) / (RATE * 2 * half)
     found = density(values, RATE, segments, "boxcar")
-    assert found["density"][1:-1] == pytest.approx(expected[1:-1], rel=1e-10)
+    assert found["power_spectral_density"][1:-1] == pytest.approx(expected[1:-1], rel=1e-10)
 
 
 def test_a_linear_motion():

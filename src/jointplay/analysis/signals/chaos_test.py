@@ -22,12 +22,14 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
+from jointplay.analysis.declared import RUN, Out, Outputs, values_of
 from jointplay.analysis.keywords import Before, Motion, Moving, Quantity, Share, analysis
-from jointplay.analysis.labels import coded, described
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits, start_fits
-from jointplay.analysis.signals.observable import MOVED, chosen, ended, series, squared
+from jointplay.analysis.signals.observable import MOVED, chosen, named, series, too_few
 from jointplay.analysis.simulate import simulate
+from jointplay.display import codes
+from jointplay.display.number_text import MINUS
 from jointplay.solver.mechanism.base import Count, Natural
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 from jointplay.solver.motion.looks import part, seen
@@ -39,17 +41,68 @@ USUAL, TURNS, FREQUENCIES, TOLERANCE = "journal_x", 2000, 100, 1e-4
 RTOL = 1e-10  # noise of a periodic motion then stays below the tolerance, also of small quantities
 LEAST = 100  # samples that can be judged
 QUARTILES = (0.25, 0.5, 0.75)
+JUDGED = ("chaos_indicator", "chaos_indicator_quartile", "chaos_indicator_half", "sample_spread", "verdict")
 LIMITS = (math.pi / 5, 4 * math.pi / 5)  # of the frequencies
 SHARE = 10  # displacements are followed over a tenth of the series
 REGULAR, CHAOTIC = 0.25, 0.75
 VERDICTS = ("undecided", "regular", "chaotic")
 
 
+def answer(result: xr.Dataset) -> str:
+    """K with its quartiles, and the test's verdict."""
+    quartiles = result["chaos_indicator_quartile"]
+    low, middle, high = (float(quartiles.sel(quartile=q)) for q in QUARTILES)
+    if math.isnan(middle):
+        return f"K of the 0-1 test: not known{too_few(result, result.sizes['turn'])}"
+    verdict, ends = str(codes.words(result["verdict"]).item()), f"quartiles {low:.3f} to {high:.3f}"
+    line = f"0-1 test: {verdict}, " + f"K = {middle:.3f} ({ends})".translate(MINUS)
+    if verdict == "chaotic":
+        line += "\nit has no error bar: an exponent decides (kind = 'lyapunov')"
+    return line
+
+
+OUTPUTS = Outputs(
+    "chaos_test",
+    {
+        "turn": Out("turn", "section point"),
+        "test_frequency": Out("test_frequency", "frequency of the test, a sample", "rad"),
+        "quartile": Out("quartile", "share of frequencies below"),
+        "lag": Out("lag", "samples between two points"),
+    },
+    {
+        "sample": Out("turn", "{name}", "{units}"),
+        "chaos_indicator": Out("test_frequency", "K of the 0-1 test"),
+        "chaos_indicator_quartile": Out(
+            "quartile", "quartile of K", shown="median K of the 0-1 test", at={"quartile": 0.5}
+        ),
+        "chaos_indicator_half": Out(
+            (), "median of K, first half of the samples", about="how far from settled it is"
+        ),
+        "walk_x": Out("turn", "driven point, p", "{units}", "at the frequency of the median"),
+        "walk_y": Out("turn", "driven point, q", "{units}"),
+        "walk_frequency": Out((), "frequency of the driven point, a sample", "rad"),
+        "square_displacement": Out("lag", "mean square displacement of the driven point", "{squared}"),
+        "sample_spread": Out((), "spread of the samples over their size"),
+        "n_least": Out((), "samples that are needed for a verdict"),
+        "verdict": Out(
+            (),
+            "verdict",
+            about=f"chaotic: lower quartile above {CHAOTIC}; regular: upper quartile below {REGULAR}",
+            flags=VERDICTS,
+            missing="undecided",
+        ),
+    }
+    | RUN,
+    answer,
+    verdict="verdict",
+)
+
+
 def _quantity_fits(mechanism: Mechanism | TestSystem, quantity: str | None) -> None:
     chosen(mechanism, quantity, USUAL)
 
 
-@analysis(_quantity_fits, deferred=[section_fits, start_fits], usual={"rtol": RTOL})
+@analysis(_quantity_fits, deferred=[section_fits, start_fits], usual={"rtol": RTOL}, outputs=OUTPUTS)
 def chaos_test(
     mechanism: Moving,
     *,
@@ -86,16 +139,6 @@ def chaos_test(
     tolerance : float
         Samples that spread less than this times the quantity's largest value in a turn are one point.
 
-    Returns
-    -------
-    xarray.Dataset
-        ``chaos_indicator`` K over ``test_frequency``, ``chaos_indicator_quartile`` over ``quartile``,
-        ``chaos_indicator_half`` (median of the first half of the samples: how far from settled it is),
-        ``verdict`` (chaotic: lower quartile above 0.75; regular: upper quartile below 0.25; undecided); at
-        the frequency of the median ``walk_x``, ``walk_y`` over ``turn`` and ``square_displacement`` over
-        ``lag``; ``sample``, ``sample_spread`` and ``status``. Fewer than ``n_least``
-        samples (100) have no K.
-
     Raises
     ------
     InputError
@@ -110,10 +153,15 @@ def chaos_test(
     points = poincare(mechanism, section, turns=turns, **run)
     samples = series(points, word, label).isel(turn=slice(None, None, every))
     c = drawn_frequencies(frequencies, seed)
+    values = {"turn": samples["turn"].values, "sample": samples.values, "n_least": np.int64(LEAST)}
+    values |= {"test_frequency": c, "quartile": np.array(QUARTILES)}
     if int(points.status) or samples.size < LEAST or not np.all(np.isfinite(samples)):
-        return _dataset(points, samples, _unjudged(c), c)
-    scale = _scale(simulate(mechanism, turns=1, **run | {"progress": None}), word, label)
-    return _dataset(points, samples, _judged(samples.values, scale, c, tolerance), c)
+        values |= OUTPUTS.none(*JUDGED, test_frequency=len(c), quartile=len(QUARTILES))
+    else:
+        scale = _scale(simulate(mechanism, turns=1, **run | {"progress": None}), word, label)
+        values |= _judged(samples.values, scale, c, tolerance)
+    values |= _walk(samples.values, values, c) | values_of(points, RUN)
+    return OUTPUTS.dataset(values, of=named(samples), **points.attrs)
 
 
 def _scale(turn: xr.Dataset, word: str, label: str) -> float:
@@ -131,54 +179,18 @@ def _judged(samples: np.ndarray, scale: float, c: np.ndarray, tolerance: float) 
         for part in (samples, samples[: len(samples) // 2])
     )
     quartiles = np.quantile(K, QUARTILES)
-    found = {"K": K, "quartiles": quartiles, "half": np.median(half), "spread": spread}
-    return found | {"verdict": verdict(quartiles)}
+    found = (K, quartiles, np.median(half), spread, verdict(quartiles))
+    return dict(zip(JUDGED, found, strict=True))
 
 
-def _unjudged(c: np.ndarray) -> dict[str, Any]:
-    """The same where a run failed, or there are too few samples."""
-    missing = {"quartiles": np.full(3, np.nan), "half": np.nan, "spread": np.nan}
-    return missing | {"K": np.full(len(c), np.nan), "verdict": VERDICTS.index("undecided")}
-
-
-def _dataset(points: xr.Dataset, samples: xr.DataArray, judged: dict[str, Any], c: np.ndarray) -> xr.Dataset:
-    import xarray as xr
-
-    typical = c[_typical(judged)]
-    path = walk(samples.values, np.array([typical])) if samples.size else np.zeros((1, 0))
+def _walk(samples: np.ndarray, judged: dict[str, Any], c: np.ndarray) -> dict[str, Any]:
+    """The driven point at the frequency whose K is next to the median."""
+    away = np.abs(judged["chaos_indicator"] - judged["chaos_indicator_quartile"][1])
+    typical = c[int(np.argmin(away)) if np.all(np.isfinite(away)) else 0]
+    path = walk(samples, np.array([typical])) if samples.size else np.zeros((1, 0))
     grown = displacement(path)[0]
-    units, name = samples.attrs["units"], samples.attrs["long_name"]
-    away = "mean square displacement of the driven point"
-    variables = described(
-        {
-            "sample": ("turn", samples.values, units, name),
-            "chaos_indicator": ("test_frequency", judged["K"], "1", "K of the 0-1 test"),
-            "chaos_indicator_quartile": ("quartile", judged["quartiles"], "1", "quartile of K"),
-            "chaos_indicator_half": ((), judged["half"], "1", "median of K, first half of the samples"),
-            "walk_x": ("turn", path[0].real, units, "driven point, p"),
-            "walk_y": ("turn", path[0].imag, units, "driven point, q"),
-            "walk_frequency": ((), typical, "rad", "frequency of the driven point, a sample"),
-            "square_displacement": ("lag", grown, squared(units), away),
-            "sample_spread": ((), judged["spread"], "1", "spread of the samples over their size"),
-        }
-    )
-    variables |= described({"n_least": ((), np.int64(LEAST), "1", "samples that are needed for a verdict")})
-    variables["verdict"] = coded((), judged["verdict"], "verdict", VERDICTS)
-    coords = described(
-        {
-            "turn": ("turn", samples["turn"].values, "1", "section point"),
-            "test_frequency": ("test_frequency", c, "rad", "frequency of the test, a sample"),
-            "quartile": ("quartile", np.array(QUARTILES), "1", "share of frequencies below"),
-            "lag": ("lag", np.arange(1, len(grown) + 1), "1", "samples between two points"),
-        }
-    )
-    return xr.Dataset(variables, coords, points.attrs | {"kind": "chaos_test"}).merge(ended(points))
-
-
-def _typical(judged: dict[str, Any]) -> int:
-    """Number of the frequency whose K is next to the median."""
-    away = np.abs(judged["K"] - judged["quartiles"][1])
-    return int(np.argmin(away)) if np.all(np.isfinite(away)) else 0
+    found = {"walk_x": path[0].real, "walk_y": path[0].imag, "walk_frequency": typical}
+    return found | {"square_displacement": grown, "lag": np.arange(1, len(grown) + 1)}
 
 
 def drawn_frequencies(count: int, seed: int) -> np.ndarray:

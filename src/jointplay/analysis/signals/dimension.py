@@ -6,18 +6,20 @@ section plus one.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import AfterValidator
 
+from jointplay.analysis.declared import RUN, Out, Outputs, values_of
 from jointplay.analysis.keywords import Before, Motion, Moving, Quantities, Share, analysis
-from jointplay.analysis.labels import described
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits, start_fits
 from jointplay.analysis.signals import correlation_sum
-from jointplay.analysis.signals.observable import MOVED, ended, observable, series
+from jointplay.analysis.signals.observable import MOVED, observable, series
 from jointplay.display.errors import refuse
+from jointplay.display.number_text import with_error
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Natural, accepts
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
@@ -33,6 +35,48 @@ LEAST = 100  # points that can be judged
 _SHARES = "a pair of rising shares of the pairs, between 0 and 1,"
 
 
+def answer(result: xr.Dataset) -> str:
+    """The correlation dimension with its error."""
+    value = float(result["correlation_dimension"])
+    if math.isnan(value):
+        return "correlation dimension: not known, too few pairs of points lie within the range of distances"
+    points = f"of {int(result['n_points'])} section points"
+    if value == 0:
+        return f"correlation dimension 0 {points}: they lie in few places, as those of a periodic motion"
+    names = [f"correlation_dimension_{each}" for each in ("spread", "standard_error")]
+    error = float(np.fmax(*(float(result[name]) for name in names)))
+    return f"correlation dimension {with_error(value, error)} {points}; the motion's own is one more"
+
+
+NAME = "correlation dimension"
+OUTPUTS = Outputs(
+    "dimension",
+    {
+        "radius": Out("radius", "distance in standard deviations"),
+        "bound": Out("bound", "end of the range", ""),
+    },
+    {
+        "correlation_dimension": Out((), NAME, shown=""),
+        "correlation_dimension_spread": Out(
+            (),
+            f"spread of the {NAME} over its range",
+            about="standard deviation of the slopes of four parts of the range",
+        ),
+        "correlation_dimension_standard_error": Out(
+            (), f"standard error of the {NAME}", about="from four parts of the series"
+        ),
+        "correlation_dimension_error": Out((), f"error of the {NAME}, the larger of the two"),
+        "correlation_sum": Out("radius", "share of pairs closer than the radius"),
+        "local_slope": Out("radius", "slope of the correlation sum"),
+        "fit_radius": Out("bound", "ends of the range of the slope"),
+        "n_points": Out((), "section points"),
+        "n_coordinates": Out((), "coordinates that vary"),
+    }
+    | RUN,
+    answer,
+)
+
+
 def _quantities_fit(mechanism: Mechanism | TestSystem, quantities: tuple[str, ...] | None) -> None:
     _named(mechanism, quantities)
 
@@ -43,7 +87,7 @@ def _rising(shares: tuple[float, float]) -> tuple[float, float]:
     return shares
 
 
-@analysis(_quantities_fit, deferred=[section_fits, start_fits], usual={"rtol": RTOL})
+@analysis(_quantities_fit, deferred=[section_fits, start_fits], usual={"rtol": RTOL}, outputs=OUTPUTS)
 def dimension(
     mechanism: Moving,
     *,
@@ -80,15 +124,6 @@ def dimension(
         A coordinate that spreads less than this times its largest value is constant, and left out; if all
         are, the points are one, of dimension 0.
 
-    Returns
-    -------
-    xarray.Dataset
-        ``correlation_dimension``, with its ``correlation_dimension_error``, the larger of
-        ``correlation_dimension_spread`` (standard deviation of the slopes of four parts of the range) and
-        ``correlation_dimension_standard_error`` (from four parts of the series); ``correlation_sum`` and
-        ``local_slope`` over ``radius``; ``fit_radius`` over ``bound``; ``n_points``, ``n_coordinates`` and
-        ``status``.
-
     Raises
     ------
     InputError
@@ -99,7 +134,8 @@ def dimension(
     record = list(dict.fromkeys(word for word, _ in chosen))
     cut = poincare(mechanism, section, turns=turns, transient=transient, record=record, **run)
     points = np.stack([series(cut, *one).values for one in chosen], axis=-1)
-    return _dataset(cut, _measured(points, shares, window, tolerance, int(cut.status)))
+    found = _measured(points, shares, window, tolerance, int(cut.status))
+    return OUTPUTS.dataset(found | values_of(cut, RUN), **cut.attrs)
 
 
 def _named(mechanism: Mechanism | TestSystem, quantities: tuple[str, ...] | None) -> list[tuple[str, str]]:
@@ -125,38 +161,28 @@ def scaled(points: np.ndarray, tolerance: float) -> np.ndarray:
 
 def _measured(points: np.ndarray, shares, window: int, tolerance: float, status: int) -> dict[str, Any]:
     """Correlation sum and its slope; NaN where there are too few points."""
-    empty = {"points": len(points), "coordinates": 0, "radius": np.zeros(0), "sums": np.zeros(0)}
-    least = max(LEAST, 2 * correlation_sum.PARTS * window)
-    if status or len(points) < least or not np.all(np.isfinite(points)):
-        return empty | {"slope": correlation_sum.NOTHING}
-    used = scaled(points, tolerance)
-    if not used.shape[1]:
-        return empty | {"slope": correlation_sum.Slope(0.0, 0.0, 0.0, (np.nan, np.nan))}
-    at = correlation_sum.radii(used)
-    sums = correlation_sum.correlation_sum(used, at, window)
-    slope = correlation_sum.fit(used, at, sums, tuple(shares), window)
-    return empty | {"coordinates": used.shape[1], "radius": at, "sums": sums, "slope": slope}
-
-
-def _dataset(cut: xr.Dataset, measured: dict[str, Any]) -> xr.Dataset:
-    import xarray as xr
-
-    slope, at, name = measured["slope"], measured["radius"], "correlation dimension"
-    table = {
-        "correlation_dimension": ((), slope.dimension, name),
-        "correlation_dimension_spread": ((), slope.spread, f"spread of the {name} over its range"),
-        "correlation_dimension_standard_error": ((), slope.standard_error, f"standard error of the {name}"),
-        "correlation_dimension_error": ((), slope.error, f"error of the {name}, the larger of the two"),
-        "correlation_sum": ("radius", measured["sums"], "share of pairs closer than the radius"),
-        "local_slope": ("radius", _local(at, measured["sums"]), "slope of the correlation sum"),
-        "fit_radius": ("bound", np.array(slope.radii), "ends of the range of the slope"),
-        "n_points": ((), np.int64(measured["points"]), "section points"),
-        "n_coordinates": ((), np.int64(measured["coordinates"]), "coordinates that vary"),
+    used = np.zeros((len(points), 0))
+    least, slope = max(LEAST, 2 * correlation_sum.PARTS * window), correlation_sum.NOTHING
+    at = sums = np.zeros(0)
+    if not status and len(points) >= least and np.all(np.isfinite(points)):
+        used, slope = scaled(points, tolerance), correlation_sum.Slope(0.0, 0.0, 0.0, (np.nan, np.nan))
+    if used.shape[1]:
+        at = correlation_sum.radii(used)
+        sums = correlation_sum.correlation_sum(used, at, window)
+        slope = correlation_sum.fit(used, at, sums, tuple(shares), window)
+    return {
+        "radius": at,
+        "bound": ["lower", "upper"],
+        "correlation_dimension": slope.dimension,
+        "correlation_dimension_spread": slope.spread,
+        "correlation_dimension_standard_error": slope.standard_error,
+        "correlation_dimension_error": slope.error,
+        "correlation_sum": sums,
+        "local_slope": _local(at, sums),
+        "fit_radius": np.array(slope.radii),
+        "n_points": np.int64(len(points)),
+        "n_coordinates": np.int64(used.shape[1]),
     }
-    variables = described({key: (dims, value, "1", text) for key, (dims, value, text) in table.items()})
-    coords = described({"radius": ("radius", at, "1", "distance in standard deviations")})
-    coords["bound"] = ("bound", ["lower", "upper"], {"long_name": "end of the range"})
-    return xr.Dataset(variables, coords, cut.attrs | {"kind": "dimension"}).merge(ended(cut))
 
 
 def _local(at: np.ndarray, sums: np.ndarray) -> np.ndarray:

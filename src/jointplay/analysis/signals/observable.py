@@ -8,7 +8,6 @@ from jointplay.analysis.quantities import WORDS, recorded
 from jointplay.display.errors import InputError, Problem, unknown
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
-from jointplay.solver.method.codes import COUNTERS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,12 +81,14 @@ def series(dataset: xr.Dataset, word: str, label: str) -> xr.DataArray:
     return array.assign_attrs(long_name=(" " if word == STATE else ", ").join(words))
 
 
-def squared(units: str) -> str:
-    """Units of a square."""
-    return "1" if units == "1" else f"{units}2" if units.isalpha() else f"({units})2"
+def named(array: xr.DataArray) -> dict[str, str]:
+    """Name and units of a quantity, as declared outputs are said to be of it."""
+    units = array.attrs["units"]
+    squared = "1" if units == "1" else f"{units}2" if units.isalpha() else f"({units})2"
+    return {"name": array.attrs["long_name"], "units": units, "squared": squared}
 
 
-def ended(dataset: xr.Dataset) -> xr.Dataset:
-    """Status, times and counters of a run, out of its result."""
-    names = ("status", "wall_time", "turn_period_nominal", *COUNTERS)
-    return dataset[[name for name in names if name in dataset]]
+def too_few(result: xr.Dataset, count: int, more: str = "") -> str:
+    """How many samples there are and how many are needed, where that is why nothing is known."""
+    least = int(result.get("n_least", 0))
+    return f": {count} samples{more}, at least {least} are needed" if count < least else ""

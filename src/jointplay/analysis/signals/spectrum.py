@@ -24,11 +24,13 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from jointplay.analysis import rules
+from jointplay.analysis.declared import RUN, Out, Outputs, values_of
 from jointplay.analysis.keywords import Lasting, Moving, Quantity, Text, analysis
-from jointplay.analysis.labels import described, labelled
-from jointplay.analysis.signals.observable import MOVED, chosen, ended, series, squared
+from jointplay.analysis.signals.observable import MOVED, chosen, named, series, too_few
 from jointplay.analysis.simulate import simulate
 from jointplay.display.errors import refuse
+from jointplay.display.number_text import plain
+from jointplay.display.units import measure
 from jointplay.solver.mechanism.base import Natural, accepts
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.looks import part
@@ -40,6 +42,54 @@ USUAL, SAMPLES_PER_TURN, SEGMENTS, WINDOW = "normal_force", 512, 8, "hann"
 LEVEL = 0.95  # of the interval
 LEAST = 8  # samples in a segment
 _WINDOW = "the name of a window of scipy.signal.get_window that needs no number"
+
+
+def answer(result: xr.Dataset) -> str:
+    """Where the spectrum is highest, and the size of the signal."""
+    density, frequency = result["power_spectral_density"].values, result["frequency"].values
+    beyond = np.isfinite(density) & (frequency > 0)
+    if not beyond.any():
+        segments = f" in {int(result['n_segments'])} segments" if "n_segments" in result else ""
+        return f"spectrum: not known{too_few(result, int(result.get('n_samples', 0)), segments)}"
+    at = int(np.flatnonzero(beyond)[np.argmax(density[beyond])])
+    place = measure(float(frequency[at]), "Hz")
+    if "order" in result:
+        place += f", order {plain(float(result['order'][at]), 4)}"
+    variance, squared = float(result["variance"]), str(result["variance"].attrs.get("units", "1"))
+    name = str(result["variance"].attrs.get("long_name", "signal")).removeprefix("variance of ")
+    size = measure(math.sqrt(variance), squared[:-1] if squared.endswith("2") else "1")
+    return f"{name}: highest density at {place}; standard deviation {size}"
+
+
+OUTPUTS = Outputs(
+    "spectrum",
+    {
+        "frequency": Out("frequency", "frequency", "Hz"),
+        "order": Out("frequency", "frequency over that of the crank"),
+        "bound": Out("bound", "end of the interval", ""),
+    },
+    {
+        "power_spectral_density": Out(
+            "frequency", "power spectral density of {name}", "{per_hertz}", "one-sided"
+        ),
+        "confidence_factor": Out(
+            "bound",
+            "95 % interval over the estimate",
+            about="the true density lies between these multiples of the estimate in 95 of 100 cases",
+        ),
+        "degrees_of_freedom": Out((), "degrees of freedom of the estimate"),
+        "variance": Out((), "variance of {name}", "{squared}", shown=""),
+        "parseval_residual": Out((), "integral of the density over variance, less 1"),
+        "turn_period": Out((), "mean period of a turn", "s"),
+    }
+    | RUN
+    | {
+        "n_samples": Out((), "samples"),
+        "n_segments": Out((), "segments"),
+        "n_least": Out((), "samples that so many segments need"),
+    },
+    answer,
+)
 
 
 def _quantity_fits(mechanism: Mechanism | TestSystem, quantity: str | None) -> None:
@@ -56,7 +106,7 @@ def _known(window: str) -> str:
     return window
 
 
-@analysis(_quantity_fits, rules.length_fits, deferred=[rules.start_fits, rules.samples_fit])
+@analysis(_quantity_fits, rules.length_fits, deferred=[rules.start_fits, rules.samples_fit], outputs=OUTPUTS)
 def spectrum(
     mechanism: Moving,
     *,
@@ -83,15 +133,6 @@ def spectrum(
     window : str
         A window of `scipy.signal.get_window`.
 
-    Returns
-    -------
-    xarray.Dataset
-        ``power_spectral_density``, one-sided, over ``frequency`` (Hz; also as ``order``);
-        ``confidence_factor`` over ``bound``: the true density lies between these multiples of the estimate
-        in 95 of 100 cases; ``degrees_of_freedom``; ``variance`` of the record, and ``parseval_residual``,
-        what the integral of the density differs from it by, relative; ``turn_period``; ``n_samples``,
-        ``n_segments`` and ``n_least``, the samples without which there is no estimate; ``status``.
-
     Raises
     ------
     InputError
@@ -108,12 +149,14 @@ def spectrum(
     values, time = series(history, word, label), history.time.values
     rate = (len(time) - 1) / float(time[-1] - time[0]) if len(time) > 1 else math.nan
     if int(history.status) or len(values) <= LEAST * (segments + 1):
-        estimate = missing(rate)
+        found = missing(rate)
     else:
-        estimate = density(values.values[:-1], rate, segments, window)
-    counted = {"n_samples": (len(values), "1", "samples"), "n_segments": (segments, "1", "segments")}
-    counted["n_least"] = LEAST * (segments + 1) + 1, "1", "samples that so many segments need"
-    return _dataset(history, values, _turn(history, mechanism), estimate).assign(labelled(counted))
+        found = density(values.values[:-1], rate, segments, window)
+    period, of = _turn(history, mechanism), named(values)
+    found |= {"order": found["frequency"] * period, "bound": ["lower", "upper"], "turn_period": period}
+    found |= {"n_samples": len(values), "n_segments": segments, "n_least": LEAST * (segments + 1) + 1}
+    of["per_hertz"] = "Hz-1" if of["squared"] == "1" else f"{of['squared']} Hz-1"
+    return OUTPUTS.dataset(found | values_of(history, RUN), of=of, **history.attrs)
 
 
 def _turn(motion: xr.Dataset, mechanism: Mechanism | TestSystem) -> float:
@@ -136,11 +179,11 @@ def density(values: np.ndarray, rate: float, segments: int, window: str) -> dict
     degrees, variance = degrees_of_freedom(weights, segments), float(np.var(used))
     return {
         "frequency": f,
-        "density": values,
-        "degrees": degrees,
-        "factors": interval(degrees),
+        "power_spectral_density": values,
+        "degrees_of_freedom": degrees,
+        "confidence_factor": interval(degrees),
         "variance": variance,
-        "residual": abs(float(values.sum() * f[1]) / variance - 1) if variance else 0.0,
+        "parseval_residual": abs(float(values.sum() * f[1]) / variance - 1) if variance else 0.0,
     }
 
 
@@ -161,37 +204,6 @@ def interval(degrees: float) -> np.ndarray:
 
 def missing(rate: float) -> dict[str, Any]:
     """Estimate of a run that failed, or was too short: NaN at both ends of the axis."""
-    nothing = dict.fromkeys(("degrees", "variance", "residual"), math.nan)
-    ends = np.array([0.0, rate / 2])
-    return nothing | {"frequency": ends, "density": np.full(2, np.nan), "factors": np.full(2, np.nan)}
-
-
-def _dataset(motion: xr.Dataset, values: xr.DataArray, period: float, estimate: dict[str, Any]) -> xr.Dataset:
-    import xarray as xr
-
-    units, name, f = squared(values.attrs["units"]), values.attrs["long_name"], estimate["frequency"]
-    per_hertz = "Hz-1" if units == "1" else f"{units} Hz-1"
-    difference = "integral of the density over variance, less 1"
-    variables = described(
-        {
-            "power_spectral_density": (
-                "frequency",
-                estimate["density"],
-                per_hertz,
-                f"power spectral density of {name}",
-            ),
-            "confidence_factor": ("bound", estimate["factors"], "1", "95 % interval over the estimate"),
-            "degrees_of_freedom": ((), estimate["degrees"], "1", "degrees of freedom of the estimate"),
-            "variance": ((), estimate["variance"], units, f"variance of {name}"),
-            "parseval_residual": ((), estimate["residual"], "1", difference),
-            "turn_period": ((), period, "s", "mean period of a turn"),
-        }
-    )
-    coords = described(
-        {
-            "frequency": ("frequency", f, "Hz", "frequency"),
-            "order": ("frequency", f * period, "1", "frequency over that of the crank"),
-        }
-    )
-    coords["bound"] = ("bound", ["lower", "upper"], {"long_name": "end of the interval"})
-    return xr.Dataset(variables, coords, motion.attrs | {"kind": "spectrum"}).merge(ended(motion))
+    names = ("power_spectral_density", "degrees_of_freedom", "confidence_factor", "variance")
+    nothing = OUTPUTS.none(*names, "parseval_residual", frequency=2, bound=2)
+    return nothing | {"frequency": np.array([0.0, rate / 2])}

@@ -39,7 +39,7 @@ def known(dataset: Dataset) -> list[str]:
 def usual(dataset: Dataset) -> Shown | None:
     """Return the quantity that a sweep shows by default; None where it has none."""
     there, row = known(dataset) if varied(dataset) else [], KINDS.get(str(dataset.attrs.get("kind")))
-    return next((shown for shown in row.shown if shown.name in there), None) if row else None
+    return next((shown for shown in row.in_sweeps if shown.name in there), None) if row else None
 
 
 def cell_values(dataset: Dataset, quantity: str | None, at: dict[str, Any]) -> Dataset:

@@ -12,7 +12,7 @@ import xarray as xr
 from jointplay.display.errors import of_a_result, refuse
 from jointplay.display.number_text import plain
 from jointplay.display.units import measure
-from jointplay.kinds import KINDS, Kind, Shown, load
+from jointplay.kinds import KINDS, Kind, Shown
 from jointplay.solver.mechanism.base import accepts
 from jointplay.solver.mechanism.signature import checked
 from jointplay.study.results.answers import stretches
@@ -93,9 +93,9 @@ def answer(dataset: xr.Dataset) -> list[str]:
     row = KINDS[str(dataset.attrs["kind"])]
     if "swept" in dataset.attrs:
         return over_cells(dataset, row).splitlines()
-    if row.summary:
-        return load(row.summary)(dataset).splitlines()
-    shown = next((each for each in row.shown if each.name in dataset), None)
+    if row.answer:
+        return row.answer(dataset).splitlines()
+    shown = next((each for each in row.in_sweeps if each.name in dataset), None)
     return [f"{shown.title or shown.name}: {plain(float(dataset[shown.name].max()))}"] if shown else []
 
 
@@ -105,11 +105,11 @@ def over_cells(dataset: Dataset, row: Kind) -> str:
     lines, good = stretches.failures(dataset, dims), (dataset["cell_status"] == 0).transpose(*dims).values
     if not good.any():
         return "\n".join(lines)
-    if row.verdict:
-        words = load(row.verdict)(dataset).transpose(*dims).values.astype(object)
+    if row.words:
+        words = row.words(dataset).transpose(*dims).values.astype(object)
         words[~good] = stretches.FAILED
         lines.append(stretches.told(words.astype(str), _axes(dataset, dims)))
-    shown = next((each for each in row.shown if each.name in dataset), None)
+    shown = next((each for each in row.in_sweeps if each.name in dataset), None)
     if shown:
         lines += _ends(dataset, shown, dims)
     return "\n".join(lines or [f"{good.size} values, all ok"])

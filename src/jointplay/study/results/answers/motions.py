@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.analysis.period import period
-from jointplay.display import codes
-from jointplay.display.number_text import MINUS, plain, with_error
+from jointplay.display.number_text import plain
 from jointplay.display.units import measure
 from jointplay.study.results.answers import stretches
 from jointplay.study.results.answers.exponents import CHAOTIC, FOLLOWING, decided
@@ -196,60 +195,3 @@ def _ways(verdict: DataArray, beside: Sequence[str]) -> list[str]:
         named = [str(label) if dim == "direction" else f"start {label}" for label in labels]
         names = [f"{name} {each}".strip() for name in names for each in named]
     return names
-
-
-def chaos_test_verdict(dataset: Dataset) -> DataArray:
-    """Return the test's verdict on each run."""
-    return codes.words(dataset["verdict"])
-
-
-def chaos_test(dataset: Dataset) -> str:
-    """Return K with its quartiles, and the test's verdict."""
-    low, middle, high = (
-        float(dataset["chaos_indicator_quartile"].sel(quartile=q)) for q in (0.25, 0.5, 0.75)
-    )
-    if math.isnan(middle):
-        return f"K of the 0-1 test: not known{_too_few(dataset, dataset.sizes['turn'])}"
-    verdict = str(chaos_test_verdict(dataset).item())
-    quartiles = f"quartiles {low:.3f} to {high:.3f}"
-    line = f"0-1 test: {verdict}, " + f"K = {middle:.3f} ({quartiles})".translate(MINUS)
-    if verdict == "chaotic":
-        line += "\nit has no error bar: an exponent decides (kind = 'lyapunov')"
-    return line
-
-
-def _too_few(dataset: Dataset, count: int, more: str = "") -> str:
-    """How many there are and how many are needed, where that is why nothing is known."""
-    least = int(dataset.get("n_least", 0))
-    return f": {count} samples{more}, at least {least} are needed" if count < least else ""
-
-
-def spectrum(dataset: Dataset) -> str:
-    """Return where the spectrum is highest, and the size of the signal."""
-    density, frequency = dataset["power_spectral_density"].values, dataset["frequency"].values
-    beyond = np.isfinite(density) & (frequency > 0)
-    if not beyond.any():
-        segments = f" in {int(dataset['n_segments'])} segments" if "n_segments" in dataset else ""
-        count = int(dataset.get("n_samples", 0))
-        return f"spectrum: not known{_too_few(dataset, count, segments)}"
-    at = int(np.flatnonzero(beyond)[np.argmax(density[beyond])])
-    place = measure(float(frequency[at]), "Hz")
-    if "order" in dataset:
-        place += f", order {plain(float(dataset['order'][at]), 4)}"
-    variance, squared = float(dataset["variance"]), str(dataset["variance"].attrs.get("units", "1"))
-    name = str(dataset["variance"].attrs.get("long_name", "signal")).removeprefix("variance of ")
-    size = measure(math.sqrt(variance), squared[:-1] if squared.endswith("2") else "1")
-    return f"{name}: highest density at {place}; standard deviation {size}"
-
-
-def dimension(dataset: Dataset) -> str:
-    """Return the correlation dimension with its error."""
-    value = float(dataset["correlation_dimension"])
-    if math.isnan(value):
-        return "correlation dimension: not known, too few pairs of points lie within the range of distances"
-    points = f"of {int(dataset['n_points'])} section points"
-    if value == 0:
-        return f"correlation dimension 0 {points}: they lie in few places, as those of a periodic motion"
-    names = [f"correlation_dimension_{each}" for each in ("spread", "standard_error")]
-    error = float(np.fmax(*(float(dataset[name]) for name in names)))
-    return f"correlation dimension {with_error(value, error)} {points}; the motion's own is one more"

@@ -1,0 +1,74 @@
+"""What analyses declare that they give is what they give, in files, docstrings, documentation and sweeps."""
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.analysis.declared import RUN, Out, Outputs
+from jointplay.kinds import KINDS
+
+PAIR, DUFFING = jp.catalog.impact_pair(3.0, 0.8), jp.catalog.duffing()
+CALLS = {  # which together give all that their kinds declare
+    "chaos_test": [{"mechanism": PAIR, "turns": 5, "frequencies": 3}],
+    "spectrum": [{"mechanism": PAIR, "turns": 2, "segments": 2}],
+    "dimension": [{"mechanism": PAIR, "turns": 10}],
+}
+DECLARED = [row for row in KINDS.values() if row.outputs is not None]
+
+
+@pytest.mark.parametrize("row", DECLARED, ids=lambda row: row.name)
+def test_all_that_is_declared_is_given_and_said(row):
+    results = [row.function(**call) for call in CALLS[row.name]]
+    outputs = row.outputs
+    for name, out in (outputs.variables | outputs.coords).items():
+        given = [result[name] for result in results if name in result]
+        assert given, f"no call gives {name}"
+        dims = (out.dims,) if isinstance(out.dims, str) else out.dims
+        assert all(each.dims == dims for each in given), name
+        assert name in RUN or f"\n    - ``{name}``" in row.function.__doc__
+    assert all(result.attrs["kind"] == outputs.kind == row.name for result in results)
+    assert callable(outputs.answer)
+    assert {name for name, _ in outputs.figure()} <= outputs.variables.keys()
+    assert not isinstance(outputs.verdict, str) or outputs.verdict in ("", *outputs.variables)
+    assert (row.summary, row.verdict, row.shown) == ("", "", ())
+
+
+TRIAL = Outputs(
+    "trial",
+    {"turn": Out("turn", "section point")},
+    {
+        "height": Out("turn", "height of {name}", "{units}", about="above ground"),
+        "verdict": Out((), "verdict", flags=("unknown", "high"), missing="unknown"),
+    },
+    verdict="verdict",
+)
+
+
+def test_a_dataset_has_names_units_and_words_in_the_order_of_the_declaration():
+    of = {"name": "the ball", "units": "m"}
+    found = TRIAL.dataset({"verdict": 1, "height": [1.0, 2.0], "turn": [0, 1]}, of=of, note="a note")
+    assert list(found.data_vars) == ["height", "verdict"]
+    assert found.height.attrs == {"units": "m", "long_name": "height of the ball"}
+    assert jp.words(found).verdict.item() == "high"
+    assert found.attrs == {"Conventions": "CF-1.11", "kind": "trial", "note": "a note"}
+    assert TRIAL.words(found).item() == "high"
+
+
+def test_a_run_that_failed_has_what_is_declared_as_missing():
+    found = TRIAL.dataset(TRIAL.none("height", "verdict", turn=3))
+    assert np.isnan(found.height).all()
+    assert found.sizes == {"turn": 3}
+    assert jp.words(found).verdict.item() == "unknown"
+
+
+def test_a_value_that_is_not_declared_is_refused():
+    with pytest.raises(KeyError, match="trial declares no depth, width"):
+        TRIAL.dataset({"height": [1.0], "width": 1.0, "depth": 2.0})
+
+
+def test_a_declaration_reads_as_text():
+    assert str(TRIAL).splitlines() == [
+        "- ``turn``: section point",
+        "- ``height``, over ``turn``: height of the quantity; above ground (its units)",
+        "- ``verdict``: verdict (unknown, high)",
+    ]
