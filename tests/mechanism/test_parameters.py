@@ -8,6 +8,8 @@ from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.vary import axes
 from jointplay.display.errors import InputError
 from jointplay.solver.codegen import cache
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.parameters import NAMED, Parameter
 from jointplay.solver.mechanism.paths import part_at
@@ -54,6 +56,12 @@ def near(parameter):
     return None
 
 
+def numbers(mechanism):
+    """Every number of a mechanism by its path."""
+    every = (one for one in Parameter.of(mechanism) if len(one.paths) == 1)
+    return {one.paths[0]: one.value for one in every}
+
+
 def checked_study(name, table=(), vary=()):
     """A study file of a preset whose mechanism has other values, or whose values vary."""
     given = {"catalog": name} | REQUIRED.get(name, {}) | dict(table)
@@ -66,6 +74,7 @@ def checked_study(name, table=(), vary=()):
 @pytest.mark.parametrize("name", PRESETS)
 def test_each_can_be_replaced_and_varied(name):
     mechanism, alone = preset(name), []
+    before = numbers(mechanism)
     listed = list(Parameter.of(mechanism))
     assert listed
     for one in listed:
@@ -77,6 +86,8 @@ def test_each_can_be_replaced_and_varied(name):
         assert changed == mechanism.replace(**{one.key: value}) != mechanism
         if not one.key.endswith(".order"):  # by which a harmonic is found
             assert {part_at(changed, path, "")[0] for path in one.paths} == {value}
+            differing = {key for key, x in numbers(changed).items() if x != before[key]}
+            assert differing == {*one.paths} or not one.uniform  # a bare clearance makes other joints ideal
             again = Parameter(changed, one.key)
             assert (again.value, again.units, again.noun) == (value, one.units, one.noun)
         loose = len(getattr(mechanism, "clearance_joints", ()))
@@ -97,14 +108,13 @@ def test_each_takes_its_unit_and_is_refused_beyond_its_bounds_in_one_voice(name)
             if near(one) is not None and one.uniform and "harmonics" not in one.key and linkage:
                 assert checked_study(name, {one.key: text}).mechanism == one.at(one.value)
         if one.bounds:
-            (name_of, limit), *_ = one.bounds.items()
-            beyond = {"gt": limit, "lt": limit, "ge": limit - 1.0, "le": limit + 1.0}[name_of]
-            (said,) = told(one.at, beyond).values()
-            assert f"{limit:g}" in said
-            assert told(axes, mechanism, {one.key: [beyond]}) == {f"over.{one.key}[0]": said}
-            assert told(checked_study, name, {}, {one.key: [beyond]}) == {f"vary.{one.key}[0]": said}
+            value, limit = beyond(one)
+            (said,) = told(one.at, value).values()
+            assert limit in said
+            assert told(axes, mechanism, {one.key: [value]}) == {f"over.{one.key}[0]": said}
+            assert told(checked_study, name, {}, {one.key: [value]}) == {f"vary.{one.key}[0]": said}
             if linkage:
-                assert told(checked_study, name, {one.key: beyond}) == {f"mechanism.{one.key}": said}
+                assert told(checked_study, name, {one.key: value}) == {f"mechanism.{one.key}": said}
 
 
 def sides(parameter, h):
@@ -113,6 +123,30 @@ def sides(parameter, h):
         return [assemble(parameter.at(parameter.value + step)) for step in (h, -h)]
     except InputError:
         return []
+
+
+def beyond(one):
+    """A value just beyond a bound of a parameter, and that bound as messages write it."""
+    (name, limit), *_ = one.bounds.items()
+    return {"gt": limit, "lt": limit, "ge": limit - 1.0, "le": limit + 1.0}[name], f"{limit:g}"
+
+
+@pytest.mark.parametrize("law", [*LAWS, *FRICTIONS])
+def test_numbers_of_laws_have_the_bounds_that_their_laws_say(law):
+    plain = jp.catalog.slider_crank(friction=0.0)
+    numbers = (LAWS | FRICTIONS)[law].trial
+    if law in LAWS:
+        beside = {name: numbers.pop(name) for name in ("stiffness", "damping") if name in numbers}
+        given = {"joints.B.contact": {"law": law, "parameters": numbers} | beside}
+    else:
+        given = {"joints.B.friction": {"law": law, "coefficient": 0.1} | numbers}
+    mechanism, part = plain.replace(**given), next(iter(given))
+    own = [one for one in Parameter.of(mechanism) if one.key.startswith(part)]
+    assert {one.key.rpartition(".")[2] for one in own} >= {*numbers}
+    for one in own:
+        value, limit = beyond(one)
+        assert limit in " ".join(told(one.at, value).values())
+        assert near(one) is not None
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -200,6 +234,12 @@ def test_several_that_change_alike_are_one_parameter_wherever_one_is_named():
     assert told(axes, mechanism, {key: [0.18], "links.coupler.length": [0.18]}).keys() >= {f"over.{key}"}
     duffing = jp.catalog.duffing()
     assert duffing.varied({"amplitude + damping": 0.8}) == jp.catalog.duffing(amplitude=0.8, damping=0.7)
+
+
+def test_rough_places_are_angles_and_slides():
+    fields = dict(jp.catalog.slider_crank(clearance=0.0)) | {"guess": {"rod": 0.1, "G": 0.15}}
+    units = {each.key: each.units for each in Parameter.of(jp.Mechanism(**fields))}
+    assert (units["guess.rod"], units["guess.G"]) == ("rad", "m")
 
 
 def test_a_count_has_no_branch():

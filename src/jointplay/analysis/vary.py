@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
@@ -18,7 +17,6 @@ from jointplay.solver.mechanism.paths import parts_of, steps
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 TAKEN = {*WORDS, "direction", "start", "point", "link", "joint", "pin", "state", "exponent", "period"}
-_POWERS = str.maketrans("²³⁴", "234")
 
 
 @dataclass(frozen=True)
@@ -110,7 +108,7 @@ def checked_axes(mechanism: Mechanism | TestSystem, given: Mapping[str, Sequence
     """Axes of values that were checked before, and may repeat; parameters as in `axes`."""
     each = (Parameter(mechanism, key) for key in given)
     return tuple(
-        Axis(one.key, name, tuple(sorted(given[one.key])), cf_units(one.units), one.noun)
+        Axis(one.key, name, tuple(sorted(given[one.key])), one.cf_units, one.noun)
         for name, one in zip(_names(list(given)), each, strict=True)
     )
 
@@ -153,12 +151,3 @@ def _names(keys: Sequence[str]) -> list[str]:
         short if last.count(short) == 1 and short not in TAKEN else name
         for short, name in zip(last, whole, strict=True)
     ]
-
-
-def cf_units(units: str) -> str:
-    """Units of the records (``N/m``, ``kg m²``) as those of datasets (``N m-1``, ``kg m2``)."""
-    above, _, below = units.translate(_POWERS).partition("/")
-    lowered = (
-        re.sub(r"^(\D+)(\d*)$", r"\1-\2", unit) + "1" * unit.isalpha() for unit in below.strip("()").split()
-    )
-    return " ".join([above, *lowered])

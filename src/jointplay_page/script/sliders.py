@@ -30,7 +30,6 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.vary import cf_units
 from jointplay.display.errors import InputError
 from jointplay.display.number_text import raised
 from jointplay.display.units import PLAIN, shown
@@ -254,7 +253,7 @@ def _together(
 
 
 def _described(slider: Slider) -> dict[str, Any]:
-    unit = shown(slider.value, cf_units(slider.parameter.units))
+    unit = shown(slider.value, slider.parameter.cf_units)
     return {
         "key": slider.key,
         "paths": parts_of(slider.parameter.key),

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.analysis.vary import axes, cf_units
+from jointplay.analysis.vary import axes
 from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.parameters import cf_units
 
 LINKAGE = catalog.chunmei2002(clearance={"B": 2.9e-5, "C": 1e-5}, gear_ratio=3.0)
 PAIR = catalog.impact_pair(3.0, 0.8)

@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 TURNS, LYAPUNOV_TURNS, RTOL = 20, 200, 1e-7
 REACH, STEP, ACCURACY, LASTS = 2.0, 0.0025, 1e-3, 0.01
 LOOKED_AT = 32  # turns in which a settled motion must repeat
-SPEEDS = {"motor": "gear_ratio", "speed": "speed"}  # by the kind of drive
 
 
 def _assessable(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
@@ -163,5 +162,4 @@ def answered(**keywords: Any) -> dict[str, Any]:
 def parameters_of(mechanism: Mechanism) -> tuple[str, ...]:
     """What is varied unless it is said: every clearance, and what the drive's speed depends on."""
     loose = tuple(f"joints.{joint.name}.clearance" for joint in mechanism.joints if joint.clearance > 0)
-    own = SPEEDS.get(mechanism.drive.kind)
-    return (*loose, own) if own else loose
+    return (*loose, *(word for word in ("gear_ratio", "speed") if Parameter(mechanism, word).value))

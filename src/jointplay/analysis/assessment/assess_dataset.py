@@ -12,7 +12,6 @@ from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN
 from jointplay.analysis.assessment.settled import CHANGES
 from jointplay.analysis.cells import first_bad
 from jointplay.analysis.labels import coded, labelled
-from jointplay.analysis.vary import checked_axes
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism
@@ -114,14 +113,14 @@ def _motion(now: Answer) -> dict[str, Any]:
 
 def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -> dict[str, Any]:
     shape = (len(keys), len(SIDES), len(CHANGES))
-    values = np.array([float(Parameter(mechanism, key).value) for key in keys])
+    along = [Parameter(mechanism, key) for key in keys]
+    values = np.array([float(each.value) for each in along])
     none = np.full(len(CHANGES), np.nan)
     names = ("edge", "error", "low", "high", "back")
     found = {n: np.array([each.get(n, none) for each in sides]).reshape(shape) for n in names}
     ratio = {name: each / values[:, None, None] for name, each in found.items()}
     limits = np.array([each.get("limit", np.nan) for each in sides]).reshape(shape[:2])
     how = np.array([each.get("how", np.zeros(len(CHANGES))) for each in sides]).reshape(shape)
-    axes = checked_axes(mechanism, {key: [value] for key, value in zip(keys, values, strict=True)})
     speeds = [[_speed(mechanism, key, v) for v in found["edge"][i].flat] for i, key in enumerate(keys)]
     table = {
         "edge_ratio": (ratio["edge"], "1", "where it changes, over the present value"),
@@ -137,8 +136,8 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
     }
     own = {
         "present_value": (values, "1", "present value, in the units of parameter_units"),
-        "parameter_units": ([axis.units for axis in axes], "1", "units of the parameter"),
-        "parameter_name": ([axis.long_name for axis in axes], "1", "the parameter"),
+        "parameter_units": ([each.cf_units for each in along], "1", "units of the parameter"),
+        "parameter_name": ([each.noun for each in along], "1", "the parameter"),
     }
     looked = np.reshape([each.get("looked", 0) for each in sides], shape[:2])
     limit = {

@@ -8,7 +8,6 @@ import numpy as np
 
 from jointplay.analysis.gradients import wanted
 from jointplay.analysis.labels import labelled, number
-from jointplay.analysis.vary import cf_units
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
@@ -78,9 +77,7 @@ def labels(quantities: list, keys: tuple[str, ...], mechanism: Mechanism | TestS
     def named(dim: str, texts: list[str], text: str) -> tuple:
         return dim, np.array(texts), {"long_name": text}
 
-    units = [
-        "1" if key.startswith(wanted.INITIAL) else cf_units(Parameter(mechanism, key).units) for key in keys
-    ]
+    units = ["1" if key.startswith(wanted.INITIAL) else Parameter(mechanism, key).cf_units for key in keys]
     return {
         "quantity": named("quantity", [each.name for each in quantities], "quantity"),
         "quantity_units": named("quantity", [each.units for each in quantities], "units of the quantity"),

@@ -6,7 +6,7 @@ beside is written in `_ends`: other joints become ideal, a friction or a drive b
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, Protocol, TypeVar
 
 from pydantic import Discriminator, Field, Tag
@@ -25,7 +25,7 @@ from jointplay.solver.mechanism.base import (
     measured,
 )
 from jointplay.solver.mechanism.parts.beam import DampingRatio, Elements, Link, damping_field, elements_field
-from jointplay.solver.mechanism.parts.drive import AnyDrive, ConstantSpeed, Drive
+from jointplay.solver.mechanism.parts.drive import AnyDrive, ConstantSpeed, Drive, MotorLine
 from jointplay.solver.mechanism.parts.friction import Friction
 from jointplay.solver.mechanism.parts.joints import Joint
 from jointplay.solver.mechanism.parts.loads import AnyLoad
@@ -36,9 +36,16 @@ from jointplay.solver.mechanism.signature import first
 
 # Whose clearance a bare number is: the joint between coupler and rocker of the catalog's linkages.
 MAIN_JOINT = "B"
-_OF_BEAMS = ("elements", "damping_ratio")
-_OF_MOTORS = ("gear_ratio", "efficiency_in_slope")
 _IN_JOINTS = {"friction": "friction.coefficient", "tension": "contact.tension"}
+_NEED_BENDING = ("elements", "damping_ratio", "order")
+_OF_MOTORS = ("gear_ratio", "efficiency_in_slope")
+_IN_DRIVES = dict.fromkeys(_OF_MOTORS, MotorLine) | {"speed": ConstantSpeed}
+_BENDS = "accepted only where a link is elastic, and none is: name some, as elastic = ['coupler']"
+_NOWHERE = {  # what is accepted of a word that leads nowhere
+    **dict.fromkeys(_IN_JOINTS, "accepted only where a joint has contact data, and no joint here has"),
+    **dict.fromkeys(_NEED_BENDING, _BENDS),
+    **dict.fromkeys(_OF_MOTORS, "accepted only for a motor drive, and this drive is none"),
+}
 _LINKS = {"accepts": "a list of link names, as ['coupler'],"}
 Clearance = Annotated[
     Annotated[NonNegative, Tag("number")] | Annotated[dict[Name, NonNegative], Tag("joints")],
@@ -136,31 +143,31 @@ def changed(mechanism: M, changes: Mapping[str, Any]) -> M:
         Listing every change that does not exist, cannot have its value, or finds nothing to change.
     """
     values, problems = _valid(mechanism, changes)
-    problems += [*_clearance_problems(mechanism, values), *_contact_problems(mechanism, values)]
-    problems += _drive_problems(mechanism, values)
-    if "elastic" in values or "elastic" not in changes:
-        problems += _elastic_problems(mechanism, values)
+    begun = _begun(mechanism, values)
+    problems += [*_clearance_problems(mechanism, values), *_friction_problems(mechanism, values)]
+    problems += [*_elastic_problems(mechanism, values), *_drive_problems(values)]
+    doubtful = _NEED_BENDING if any(first(problem.key) == "elastic" for problem in problems) else ()
+    nowhere = [w for w in _NOWHERE if w in values and w not in doubtful and not paths_of(begun, w)]
+    problems += [Problem(word, values[word], _NOWHERE[word]) for word in nowhere]
     if problems:
         raise InputError(problems)
-    return at_paths(mechanism, _ends(mechanism, values))
+    return at_paths(mechanism, _ends(mechanism, begun, values))
 
 
-def paths_of(mechanism: _Linkage, word: str, bent: Sequence[str] | None = None) -> tuple[str, ...]:
-    """Key paths of what a word stands for; its present value is that at the first of them.
-
-    `bent` are the names of the links that bend, where these are others than those of the mechanism.
-    """
+def paths_of(mechanism: _Linkage, word: str) -> tuple[str, ...]:
+    """Key paths of what a word stands for, if anything; its present value is that at the first of them."""
     if word == "clearance":
         return (f"joints.{main_joint(mechanism)}.clearance",)
     if word in _IN_JOINTS:
         names = sorted((j.name for j in mechanism.joints if j.contact), key=main_joint(mechanism).__ne__)
         return tuple(f"joints.{name}.{_IN_JOINTS[word]}" for name in names)
-    if word in _OF_BEAMS:
-        bent = [link.name for link in mechanism.links if link.elastic] if bent is None else bent
-        return tuple(f"links.{name}.beam.{word}" for name in bent)
-    if word == "speed":  # a servo has another one, that of its wanted angle
-        return ("drive.speed",) if isinstance(mechanism.drive, ConstantSpeed) else ()
-    return (f"drive.{word}",) if word in _OF_MOTORS else (word,)
+    if word in _NEED_BENDING:
+        bent = [link.name for link in mechanism.links if link.elastic]
+        beams = tuple(f"links.{name}.beam.{word}" for name in bent)
+        return (word,) if bent and word == "order" else beams
+    if word in _IN_DRIVES:  # a servo has another speed, that of its wanted angle
+        return (f"drive.{word}",) if isinstance(mechanism.drive, _IN_DRIVES[word]) else ()
+    return (word,)
 
 
 def value_of(mechanism: Any, key: str) -> Any:
@@ -217,10 +224,7 @@ def _others(joints: Mapping[str, Any]) -> str:
     return f"; {', '.join(able)} can vary" if able else ""
 
 
-def _contact_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
-    if not any(joint.contact for joint in mechanism.joints):
-        text = "accepted only where a joint has contact data, and no joint here has"
-        yield from (Problem(name, values[name], text) for name in ("friction", "tension") if name in values)
+def _friction_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
     for joint in mechanism.joints if "friction" in values else ():
         try:
             _friction(joint, values["friction"])
@@ -232,36 +236,34 @@ def _contact_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterato
             yield from (Problem("friction", values["friction"], text) for text in told)
 
 
-def _elastic_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> list[Problem]:
+def _elastic_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
     names = [link.name for link in mechanism.links]
-    missing = [(i, name) for i, name in enumerate(values.get("elastic", ())) if name not in names]
-    if missing:  # what else fits depends on which links they should name
-        return [unknown(f"elastic[{i}]", name, name, names, "link") for i, name in missing]
-    if any(_is_elastic(link, values) for link in mechanism.links):
-        return []
-    text = "accepted only where a link is elastic, and none is: name some, as elastic = ['coupler']"
-    return [Problem(name, values[name], text) for name in (*_OF_BEAMS, "order") if name in values]
+    missing = ((i, name) for i, name in enumerate(values.get("elastic", ())) if name not in names)
+    yield from (unknown(f"elastic[{i}]", name, name, names, "link") for i, name in missing)
 
 
-def _drive_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
+def _drive_problems(values: Mapping[str, Any]) -> Iterator[Problem]:
     if "speed" in values and "drive" in values:
         yield Problem("speed", values["speed"], "either speed or drive is accepted, not both")
     if "speed" in values and not values["speed"]:
         yield Problem("speed", values["speed"], "a finite speed in rad/s other than 0 is accepted")
+
+
+def _begun(mechanism: M, values: Mapping[str, Any]) -> M:
+    """The mechanism, not checked, with the drive and the bending links of the changes: where words lead."""
+    bent = values.get("elastic", [link.name for link in mechanism.links if link.elastic])
+    links = tuple(link.model_copy(update={"elastic": link.name in bent}) for link in mechanism.links)
     drive = None if "speed" in values else values.get("drive", mechanism.drive)
-    for name in _OF_MOTORS:
-        if name in values and not hasattr(drive, name):
-            yield Problem(name, values[name], "accepted only for a motor drive, and this drive is none")
+    return mechanism.model_copy(update={"links": links, "drive": drive})
 
 
-def _ends(mechanism: _Linkage, values: Mapping[str, Any]) -> dict[str, Any]:
+def _ends(mechanism: _Linkage, begun: _Linkage, values: Mapping[str, Any]) -> dict[str, Any]:
     """What valid changes put where, by key path."""
-    bent = [link.name for link in mechanism.links if _is_elastic(link, values)]
     found: dict[str, Any] = {}
     if "elastic" in values:
-        found |= {f"links.{link.name}.elastic": link.name in bent for link in mechanism.links}
+        found |= {f"links.{link.name}.elastic": link.elastic for link in begun.links}
     if "elements" in values:
-        found |= {f"links.{name}.beam.shapes": "hermite" for name in bent}
+        found |= {f"links.{link.name}.beam.shapes": "hermite" for link in begun.links if link.elastic}
     if "clearance" in values:
         given = values["clearance"]
         found |= {f"joints.{joint.name}.clearance": given.get(joint.name, 0.0) for joint in mechanism.joints}
@@ -271,12 +273,8 @@ def _ends(mechanism: _Linkage, values: Mapping[str, Any]) -> dict[str, Any]:
     if "speed" in values:
         found["drive"] = ConstantSpeed(link=mechanism.crank, speed=values["speed"])
     for word in values.keys() - {"elastic", "clearance", "friction", "speed"}:
-        found |= dict.fromkeys(paths_of(mechanism, word, bent), values[word])
+        found |= dict.fromkeys(paths_of(begun, word), values[word])
     return found
-
-
-def _is_elastic(link: Link, values: Mapping[str, Any]) -> bool:
-    return link.name in values["elastic"] if "elastic" in values else link.elastic
 
 
 def _friction(joint: Joint, coefficient: float) -> Friction | None:

@@ -8,7 +8,7 @@ has its value and the others change by as much. Those of a system of equations a
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Real
@@ -16,10 +16,11 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 
-from jointplay.display.accepted import bounds_of
+from jointplay.display.accepted import bounds_of, units_of
 from jointplay.display.errors import InputError, Problem, join, unknown
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import LAWS
+from jointplay.solver.equations.quantity import Quantity
 from jointplay.solver.mechanism.base import is_number
 from jointplay.solver.mechanism.changes import Changes, paths_of, value_of
 from jointplay.solver.mechanism.directions import Directions, along
@@ -30,6 +31,7 @@ from jointplay.solver.mechanism.paths import below, is_path, part_at, parts_of, 
 from jointplay.solver.mechanism.records import Contact, Friction, Mechanism, TestSystem
 
 NAMED = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
+_POWERS = str.maketrans("²³⁴", "234")
 EXAMPLE = "joints.B.contact.stiffness"
 # tuples of named records, and what each holds
 PARTS = {"joints": "joint", "links": "link", "springs": "spring", "loads": "load"}
@@ -92,12 +94,13 @@ class Parameter:
         return not linkage or self.paths == (self.key,) or self.at(self.value) == self.mechanism
 
     @cached_property
-    def _field(self) -> tuple[FieldInfo | None, str, str]:
-        """The field that declares it, its units, and its noun."""
+    def _field(self) -> tuple[FieldInfo | Quantity | None, str, str]:
+        """What declares it, its units, and its noun."""
         first = parts_of(self.key)[0]
         if isinstance(self.mechanism, TestSystem):
             preset = SYSTEMS.get(self.mechanism.system)
-            field = FieldInfo.from_annotation(preset.fields()[first][0]) if preset else None
+            annotation, _ = preset.fields().get(first, (None, None)) if preset else (None, None)
+            field = FieldInfo.from_annotation(annotation) if annotation else None
             return field, self.mechanism.units.get(first, "1"), first.replace("_", " ")
         return _declared(self.mechanism, first)
 
@@ -107,14 +110,24 @@ class Parameter:
         return self._field[1]
 
     @property
+    def cf_units(self) -> str:
+        """The same units as datasets have them, as ``N m-1``."""
+        return cf_units(self.units)
+
+    @property
     def noun(self) -> str:
         """What it is, as ``contact stiffness of joint B``."""
         return self._field[2]
 
     @property
     def bounds(self) -> dict[str, float]:
-        """What its field demands: ``gt``, ``ge``, ``lt``, ``le``; what others decide is found by `at`."""
-        return bounds_of(self._field[0]) if self._field[0] else {}
+        """Limits by name: ``gt``, ``ge``, ``lt``, ``le``; what others decide is found by `at`."""
+        each = self._field[0]
+        if not isinstance(each, Quantity):
+            return bounds_of(each) if each else {}
+        least = each.above if isinstance(each.above, float) else 0.0
+        low = {"gt": least} if each.least is None else {"ge": each.least}
+        return low if each.most is None else low | {"le": each.most}
 
     def at(self, value: float) -> Any:
         """The mechanism with another value; `InputError` where it cannot have that."""
@@ -177,18 +190,31 @@ def _numbers(record: Any, place: str = "") -> Iterator[str]:
         yield from _numbers(part, path)
 
 
-def _declared(mechanism: Mechanism, key: str) -> tuple[FieldInfo | None, str, str]:
-    """Field, units and noun of a number of a linkage."""
+def _declared(mechanism: Mechanism, key: str) -> tuple[FieldInfo | Quantity | None, str, str]:
+    """Field or law's quantity, units and noun of a number of a linkage."""
     *path, last = steps(re.sub(r"\[\d+\]$", "", key))
-    record, law, own = mechanism, {}, "1"
+    record, own = mechanism, "1"
+    units = mechanism._further_units(dict(mechanism)).get(path[0], {}) if path else {}
+    numbers: Mapping[str, Quantity] = {}
     for step in path:
         record = below(record)[step]
         if laws := {Contact: LAWS, Friction: FRICTIONS}.get(type(record)):
-            law = {name: each.units for name, each in laws[record.law].numbers.items()}
+            numbers = laws[record.law].numbers
         own = getattr(record, "units", own)
     field = getattr(type(record) if path else Changes, "model_fields", {}).get(last)
     of_part = path and path[0] in PARTS
     whose = f" of {PARTS[path[0]]} {below(getattr(mechanism, path[0]))[path[1]].name}" if of_part else ""
-    units = (getattr(field, "json_schema_extra", None) or {}).get("units", "1")
-    units = law.get(last, own if units == FORCES else units)
-    return field, units, (getattr(field, "description", None) or last.replace("_", " ")) + whose
+    noun = (getattr(field, "description", None) or last.replace("_", " ")) + whose
+    if last in numbers:
+        return numbers[last], numbers[last].units, noun
+    declared = (field and units_of(field)) or "1"
+    return field, units.get(last, own if declared == FORCES else declared), noun
+
+
+def cf_units(units: str) -> str:
+    """Units of the records (``N/m``, ``kg m²``) as those of datasets (``N m-1``, ``kg m2``)."""
+    above, _, below = units.translate(_POWERS).partition("/")
+    lowered = (
+        re.sub(r"^(\D+)(\d*)$", r"\1-\2", unit) + "1" * unit.isalpha() for unit in below.strip("()").split()
+    )
+    return " ".join([above, *lowered])
