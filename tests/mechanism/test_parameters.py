@@ -232,7 +232,11 @@ def test_several_that_change_alike_are_one_parameter_wherever_one_is_named():
     study = checked_study("chunmei2002", {"elastic": ["coupler"]}, {key: ["182 mm"]})
     assert study.vary == {key: (0.182,)}
     assert told(axes, mechanism, {key: [0.18], "links.coupler.length": [0.18]}).keys() >= {f"over.{key}"}
+    both = {key: (0.18, 0.19), "links.coupler.length": (0.18, 0.19)}
+    assert "each parameter once" in told(lambda: jp.optimise(mechanism, by=both, least="time"))["by"]
     duffing = jp.catalog.duffing()
+    plane = {"amplitude + damping": (0.1, 0.5), "damping": (0.1, 0.5)}
+    assert told(lambda: jp.curve(duffing, plane=plane)).keys() == {f"plane.{key}" for key in plane}
     assert duffing.varied({"amplitude + damping": 0.8}) == jp.catalog.duffing(amplitude=0.8, damping=0.7)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any
@@ -96,12 +96,16 @@ def axes(mechanism: Mechanism | TestSystem, over: Any, root: str = "over") -> tu
         raise refuse(over, "a table of parameters, each with its list of values, is accepted", root)
     given = {key: values.tolist() if hasattr(values, "tolist") else values for key, values in over.items()}
     problems = [p for key, values in given.items() for p in _axis_problems(mechanism, key, values, root)]
-    parts = [part for key in given for part in parts_of(key)]
-    twice = (key for key in given if any(parts.count(part) > 1 for part in parts_of(key)))
-    problems += (Problem(join(root, str(key)), key, "each parameter once is accepted") for key in twice)
-    if problems:
+    if problems := [*problems, *repeated(given, root)]:
         raise InputError(problems)
     return checked_axes(mechanism, given)
+
+
+def repeated(keys: Iterable[Any], root: str) -> Iterator[Problem]:
+    """Yield a problem for each key with a parameter that is in others too, or in it twice."""
+    parts = [part for key in keys for part in parts_of(key)]
+    twice = (key for key in keys if any(parts.count(part) > 1 for part in parts_of(key)))
+    yield from (Problem(join(root, str(key)), key, "each parameter once is accepted") for key in twice)
 
 
 def checked_axes(mechanism: Mechanism | TestSystem, given: Mapping[str, Sequence[float]]) -> tuple[Axis, ...]:

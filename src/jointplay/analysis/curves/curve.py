@@ -158,7 +158,10 @@ def curve(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    began, both = time.perf_counter(), axes(mechanism, {key: list(ends) for key, ends in plane.items()})
+    began, both = (
+        time.perf_counter(),
+        axes(mechanism, {key: list(ends) for key, ends in plane.items()}, "plane"),
+    )
     first, second = plane
     limits, progress = (motion["rtol"], motion["max_steps"]), motion["progress"]
 

@@ -9,7 +9,7 @@ from typing import Any
 from jointplay.analysis.coexisting.region import Region
 from jointplay.analysis.gradients import wanted
 from jointplay.analysis.rules import turns_alike
-from jointplay.analysis.vary import axes
+from jointplay.analysis.vary import axes, repeated
 from jointplay.display.errors import InputError, Problem
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.paths import parts_of
@@ -22,7 +22,7 @@ def bounds_fit(mechanism: Mechanism | TestSystem, by: Region, ideal: bool) -> It
     """Yield the problems of variables and their bounds."""
     if not by:
         yield Problem("by", by, "at least one parameter with its lowest and highest value is accepted")
-    wrong = list(wanted.parameters_fit(mechanism, tuple(by), ()))
+    wrong = [*wanted.parameters_fit(mechanism, tuple(by), ()), *repeated(by, "by")]
     yield from (replace(each, key="by") for each in wrong)
     for key, (low, high) in by.items() if not wrong else ():
         value = Parameter(mechanism, key).value
