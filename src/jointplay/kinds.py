@@ -8,15 +8,13 @@ imported before it is needed.
 
 from __future__ import annotations
 
-from collections import UserDict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from importlib import import_module
-from importlib.metadata import entry_points
 from typing import Any
 
-PUBLISHED = "jointplay.kinds"  # entry points of packages with kinds of their own: tuples of rows
+from jointplay.solver.extensions import Table
+
 LENGTH = "{turns} turns after {transient} dropped turns"
 
 
@@ -73,6 +71,8 @@ class Kind:
         Rank among studies that run side by side: the larger, the earlier it begins.
     example : mapping of str to mapping
         What a new study of this kind sets (`jointplay new`) beside defaults: tables by name.
+    references : tuple of str, optional
+        What it rests on, as of a law (`equations.quantity.ForceLaw`).
     """
 
     name: str
@@ -89,6 +89,7 @@ class Kind:
     verdict: str = ""
     slow: int = 0
     example: Mapping[str, Mapping[str, Any]] = field(default_factory=dict, hash=False)
+    references: tuple[str, ...] | None = None
 
     @property
     def function(self) -> Callable[..., Any]:
@@ -137,6 +138,7 @@ _ROWS = (
         kept=True,
         summary=".study.results.answers.motions:response",
         example={"analysis": {"transient": 20, "turns": 5}},
+        references=(),
     ),
     Kind(
         "section",
@@ -145,6 +147,7 @@ _ROWS = (
         kept=True,
         summary=".study.results.answers.motions:section",
         example={"analysis": {"transient": 50, "turns": 200}},
+        references=(),
     ),
     Kind(
         "bifurcation",
@@ -157,6 +160,10 @@ _ROWS = (
             "vary": {"clearance": {"start": 1e-5, "stop": 5e-4, "num": 40, "scale": "log"}},
             "analysis": {"transient": 100, "turns": 50, "exponents": 1, "lyapunov_turns": 50},
         },
+        references=(
+            "parker_chua1989",
+            "thompson_stewart2002",
+        ),
     ),
     Kind(
         "lyapunov",
@@ -173,6 +180,10 @@ _ROWS = (
         summary=".study.results.answers.exponents:lyapunov",
         verdict=".study.results.answers.exponents:lyapunov_verdict",
         example={"analysis": {"transient": 20, "turns": 300}},
+        references=(
+            "benettin1980",
+            "flyvbjerg_petersen1989",
+        ),
     ),
     Kind(
         "covariant",
@@ -183,6 +194,11 @@ _ROWS = (
         tangents=True,
         summary=".study.results.answers.covariant:covariant",
         example={"analysis": {"turns": 100}},
+        references=(
+            "ginelli2007",
+            "benettin1980",
+            "flyvbjerg_petersen1989",
+        ),
     ),
     Kind(
         "chaos_test",
@@ -190,12 +206,20 @@ _ROWS = (
         ("chaos_test",),
         "{turns} section points after {transient} dropped turns",
         example={"analysis": {"transient": 50}},
+        references=(
+            "gottwald_melbourne2004",
+            "gottwald_melbourne2009",
+        ),
     ),
     Kind(
         "spectrum",
         ".analysis.signals.spectrum:spectrum",
         ("spectrum",),
         example={"analysis": {"transient": 50, "turns": 100}},
+        references=(
+            "welch1967",
+            "percival_walden1993",
+        ),
     ),
     Kind(
         "dimension",
@@ -203,6 +227,11 @@ _ROWS = (
         ("dimension",),
         "{turns} section points after {transient} dropped turns",
         example={"analysis": {"transient": 50}},
+        references=(
+            "grassberger_procaccia1983",
+            "theiler1986",
+            "eckmann_ruelle1992",
+        ),
     ),
     Kind(
         "sensitivity",
@@ -214,6 +243,11 @@ _ROWS = (
         summary=".study.results.answers.exponents:sensitivity",
         verdict=".study.results.answers.exponents:sensitivity_verdict",
         example={"analysis": {"transient": 50, "references": 5}},
+        references=(
+            "wolf1985",
+            "shadden2005",
+            "benettin1980",
+        ),
     ),
     Kind(
         "basins",
@@ -228,6 +262,10 @@ _ROWS = (
                 "turns": 24,
             },
         },
+        references=(
+            "wilson1927",
+            "grebogi1983",
+        ),
     ),
     Kind(
         "attractors",
@@ -245,6 +283,10 @@ _ROWS = (
                 "turns": 24,
             },
         },
+        references=(
+            "datseris2023",
+            "wilson1927",
+        ),
     ),
     Kind(
         "tipping",
@@ -269,6 +311,10 @@ _ROWS = (
                 "directions": 2,
             },
         },
+        references=(
+            "schultz2017",
+            "skufca2006",
+        ),
     ),
     Kind(
         "periodic_orbit",
@@ -281,6 +327,11 @@ _ROWS = (
         summary=".study.results.answers.orbits:periodic_orbit",
         verdict=".study.results.answers.orbits:periodic_orbit_verdict",
         example={"mechanism": {"clearance": 2.9e-5}},
+        references=(
+            "parker_chua1989",
+            "deuflhard2011",
+            "kuznetsov2004",
+        ),
     ),
     Kind(
         "continuation",
@@ -291,6 +342,13 @@ _ROWS = (
         kept=True,
         summary=".study.results.answers.orbits:continuation",
         example={"mechanism": {"clearance": 2.9e-5}, "analysis": {"range": (2.9e-5, 3.5e-5), "step": 0.05}},
+        references=(
+            "allgower_georg2003",
+            "keller1977",
+            "parker_chua1989",
+            "deuflhard2011",
+            "kuznetsov2004",
+        ),
     ),
     Kind(
         "curve",
@@ -308,6 +366,12 @@ _ROWS = (
                 "max_curves": 1,
             },
         },
+        references=(
+            "allgower_georg2003",
+            "keller1977",
+            "govaerts2000",
+            "kuznetsov2004",
+        ),
     ),
     Kind(
         "gradient",
@@ -324,6 +388,10 @@ _ROWS = (
                 "orbit": True,
             },
         },
+        references=(
+            "hiskens_pai2000",
+            "squire_trapp1998",
+        ),
     ),
     Kind(
         "optimise",
@@ -332,6 +400,10 @@ _ROWS = (
         "{turns} turns at each design",
         summary=".study.results.answers.optima:optimise",
         example={"analysis": {"least": "largest:normal_force:B", "by": {"gear_ratio": (2.9, 3.2)}}},
+        references=(
+            "hiskens_pai2000",
+            "kraft1988",
+        ),
     ),
     Kind(
         "assess",
@@ -342,20 +414,15 @@ _ROWS = (
         tangents=True,
         table=".study.results.answers.assessment:page",
         summary=".study.results.answers.assessment:answer",
+        references=(
+            "archard1953",
+            "allgower_georg2003",
+            "keller1977",
+            "parker_chua1989",
+            "kuznetsov2004",
+        ),
     ),
 )
 
 
-class _Table(UserDict[str, Kind]):
-    """The rows by name: those above, then those of other packages, which are asked for at the first use."""
-
-    def __init__(self) -> None:
-        pass  # filled below
-
-    @cached_property
-    def data(self) -> dict[str, Kind]:
-        published = (row for point in entry_points(group=PUBLISHED) for row in point.load())
-        return {row.name: row for row in (*_ROWS, *published)}
-
-
-KINDS = _Table()
+KINDS = Table("jointplay.kinds", Kind, {row.name: row for row in _ROWS})

@@ -19,6 +19,7 @@ KINDS = (
                 "turns": 100,
             }
         },
+        references=("chunmei2002",),
     ),
     Kind(
         "claims",
@@ -29,6 +30,10 @@ KINDS = (
         slow=1,
         summary="jointplay_lab.paper.tables:claims_answer",
         example={"analysis": {"damping_ratios": (0.01,), "transient": 50, "turns": 50, "growth_turns": 20}},
+        references=(
+            "chunmei2002",
+            "benettin1980",
+        ),
     ),
     Kind(
         "scheme_comparison",
@@ -41,6 +46,10 @@ KINDS = (
             "mechanism": {"elastic": ["coupler"], "elements": 2},
             "analysis": {"clearance": (0.0,), "start_turn": (0,), "windows_per_turn": (12,)},
         },
+        references=(
+            "chunmei2002",
+            "nigam_jennings1969",
+        ),
     ),
     Kind(
         "stress",
@@ -51,6 +60,7 @@ KINDS = (
         table="jointplay_lab.stress.stress_table:stress_table",
         summary="jointplay_lab.stress.stress_table:stress_summary",
         example={"analysis": {"scenes": 10, "variants": ("rigid",)}},
+        references=(),
     ),
     Kind(
         "work_precision",
@@ -60,6 +70,12 @@ KINDS = (
         varies=False,
         summary="jointplay_lab.answers:precision_answer",
         example={"analysis": {"tolerances": (1e-5, 1e-7, 1e-9), "peers": ("LSODA", "Radau"), "rounds": 2}},
+        references=(
+            "hindmarsh2005",
+            "petzold1983",
+            "biscani_izzo2021",
+            "biscani_izzo2022",
+        ),
     ),
     Kind(
         "benchmark",
@@ -70,5 +86,6 @@ KINDS = (
         table="jointplay_lab.answers:benchmark_table",
         summary="jointplay_lab.answers:benchmark_answer",
         example={"mechanism": {"catalog": "ivp_crank"}},
+        references=(),
     ),
 )

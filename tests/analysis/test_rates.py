@@ -17,6 +17,7 @@ from jointplay.analysis.quantities import BALANCE, LINKAGE, recorded
 from jointplay.solver.equations.parameters import parameter_names
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.parts.joints import Friction
+from tests.support.belt import contact
 
 RTOL, REFERENCE = 1e-8, 1e-12
 A_TURN = 1000  # tolerated errors of a speed in a turn: the tolerated error of its acceleration
@@ -29,11 +30,14 @@ def paper(**changes):
     return jp.catalog.chunmei2002(**{"clearance": 2.9e-5, "gear_ratio": 15.0} | changes)
 
 
-def smoothed():
-    mechanism = paper()
-    friction = Friction(law="tanh", coefficient=0.01, velocity=1e-3)
-    joints = (joint.model_copy(update={"friction": friction}) for joint in mechanism.joints)
+def under(mechanism, **laws):
+    """The same mechanism under other laws in its joints."""
+    joints = (joint.model_copy(update=laws) for joint in mechanism.joints)
     return mechanism.model_copy(update={"joints": tuple(joints)})
+
+
+def smoothed():
+    return under(paper(), friction=Friction(law="tanh", coefficient=0.01, velocity=1e-3))
 
 
 RIGID = {
@@ -106,6 +110,17 @@ def test_every_recorded_quantity_is_right_in_other_scenes(model):
 @pytest.mark.parametrize("model", RIGID.values(), ids=RIGID)
 def test_every_recorded_quantity_is_right_at_other_tolerances(model, rtol):
     assert wrong(model, rtol) == {}
+
+
+def test_what_holds_a_journal_in_a_rigid_bearing_is_right_as_the_accelerations_are_that_it_follows_from():
+    mechanism = under(paper(clearance=2.9e-4), contact=contact("restitution", restitution=0.0))
+    span = {"transient": 0.5, "turns": 0.5, "record": ["normal_force", "mode"]}
+    found, true = (jp.simulate(mechanism, rtol=each, **span).sel(joint="B") for each in (RTOL, REFERENCE))
+    assert found.sizes["event"] >= 5
+    rests = (found.mode > 0) & (found.mode == true.mode)
+    assert rests.sum() > 300
+    error = float(abs(found.normal_force - true.normal_force).where(rests).max())
+    assert error < RTOL * OF_RANGE * float(np.ptp(true.normal_force.values)) / 10
 
 
 def test_a_smooth_motion_s_accelerations_are_the_slopes_of_its_speeds():

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay import cli, figures
+from jointplay import catalog, cli, figures
 from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS, Kind, Shown
 from jointplay.solver.equations.laws import LAWS
@@ -83,7 +83,7 @@ def test_a_law_that_was_added_moves_a_linkage(law, turns):
 def test_a_test_system_is_a_function(monkeypatch):
     names = dict(vars(systems))
     exec(compile(SYSTEM, "developers.md", "exec"), names)
-    monkeypatch.setitem(systems.SYSTEMS, "van_der_pol", names["van_der_pol"])
+    monkeypatch.setitem(catalog.NAMES, "van_der_pol", names["van_der_pol"])
     record = names["van_der_pol"](damping=2.0)
     assert record.parameters == {"damping": 2.0}
     assert record.initial == (2.0, 0.0)

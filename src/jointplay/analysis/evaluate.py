@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.analysis.labels import coded, described, flags
-from jointplay.analysis.quantities import BALANCE, MODES, RATES, WORDS, WORK
+from jointplay.analysis.quantities import BALANCE, MODES, WORDS, WORK
 from jointplay.display.errors import warn
 from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.equations.structure import powers
@@ -55,22 +55,23 @@ class Quantities:
 
     def variables(self, names: Iterable[str], dim: str, prefix: str = "") -> dict[str, Any]:
         """Named variables over `dim`, as (dims, values, attributes)."""
-        wanted = {name: WORDS[name] for name in names}
-        plain = {name: word for name, word in wanted.items() if name not in (*BALANCE, "energy", "mode")}
+        words = {name: WORDS[name] for name in names}
+        plain = {name: word for name, word in words.items() if name not in (*BALANCE, "energy", "mode")}
         keys = {
             name: [self.key(name, label) for label in self.labels(word.of)] for name, word in plain.items()
         }
-        apart = () if self.sharp is self.rows else RATES
-        series = self._evaluated([key for name in keys if name not in apart for key in keys[name]], self.rows)
-        series |= self._evaluated([key for name in keys if name in apart for key in keys[name]], self.sharp)
+        wanted = [key for several in keys.values() for key in several]
+        apart = () if self.sharp is self.rows else self.module.ABRUPT
+        series = self._evaluated([key for key in wanted if key not in apart], self.rows)
+        series |= self._evaluated([key for key in wanted if key in apart], self.sharp)
         none = np.zeros(len(self.rows))  # the moment at a revolute joint
         values = {name: np.stack([series.get(k, none) for k in ks], -1) for name, ks in keys.items() if ks}
         values = {name: each[:, 0] if WORDS[name].of is None else each for name, each in values.items()}
-        values |= {name: self._special(name) for name in wanted if name not in plain}
+        values |= {name: self._special(name) for name in words if name not in plain}
         dims = {None: (dim,), "bending": (dim, "link"), "guided": (dim, "pin")}
         return {
             prefix + name: (dims.get(word.of, (dim, word.of)), values[name], attributes(name))
-            for name, word in wanted.items()
+            for name, word in words.items()
             if name in values
         }
 

@@ -79,7 +79,7 @@ def poincare(
         fields["stop_after"] = before + math.ceil(motion["turns"])
         end *= rules.SLACK
     limit = rules.steps(motion["max_steps"])
-    request = Request(end, motion["rtol"], max_steps=limit, rates=rates.needed(names), **fields)
+    request = Request(end, motion["rtol"], max_steps=limit, rates=rates.needed(model, names), **fields)
     run = partial(follow, model, request, motion["progress"])
     records = in_company(ensemble, run, followed_together)
     first = -math.inf if counted else begin

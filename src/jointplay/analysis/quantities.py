@@ -67,8 +67,6 @@ WORK = {  # integrals of power by what they count, with the sign of their part i
     "loads": ("load_work", 1),
 }
 BALANCE = ("energy_residual", *(name for name, _ in WORK.values()))  # need integrals of power
-RATES = ("angular_acceleration", "tangential_force", "reaction_x", "reaction_y", "reaction")
-RATES += ("reaction_moment", "drive_torque")
 ENERGIES = ("kinetic_energy", "potential_energy", "strain_energy", "energy")
 LINKAGE = tuple(name for name in WORDS if name not in (*BALANCE, *ENERGIES, "state_value"))
 

@@ -15,7 +15,6 @@ from collections.abc import Iterable
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.quantities import RATES
 from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.motion.looks import seen
@@ -28,9 +27,10 @@ TOGETHER = 256  # doubts in a compiled call, which no interrupt ends
 END, TIME = 1, 2  # columns of a doubt
 
 
-def needed(names: Iterable[str]) -> bool:
-    """Whether any of these quantities depends on accelerations."""
-    return not {*names}.isdisjoint(RATES)
+def needed(model: Model, names: Iterable[str]) -> bool:
+    """Whether any of these quantities depends on accelerations, or on forces that answer a speed so."""
+    abrupt = cache.structure_module(model.structure).ABRUPT
+    return not {*names}.isdisjoint(key.partition(":")[0] for key in abrupt)
 
 
 def quantities(model: Model, rtol: float, records: Records, rows: np.ndarray) -> Quantities:

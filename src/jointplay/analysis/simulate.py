@@ -178,7 +178,7 @@ def simulate(
         steps=steps or even is not None,
         events=True,
         max_steps=rules.steps(motion["max_steps"]),
-        rates=rates.needed([*names, *sized]),
+        rates=rates.needed(model, [*names, *sized]),
         **rules.section_fields(section, model, 0),
     )
 

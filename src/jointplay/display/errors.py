@@ -13,7 +13,7 @@ import sys
 import traceback
 import warnings
 from collections import UserString
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -165,11 +165,11 @@ def unknown(key: str, given: Any, word: object, known: Iterable[str], what: str 
     word : str
         The unknown name itself.
     known : iterable of str
-        The names that exist.
+        The names that exist; of a `Table`, what of other packages cannot be loaded is told too.
     what : str
         What it should name: ``key``, ``link``, ``joint``, ...
     """
-    return Problem(key, given, _NoSuch(what, word, list(known)))
+    return Problem(key, given, _NoSuch(what, word, list(known), getattr(known, "broken", {})))
 
 
 def also_known(problem: Problem, names: list[str]) -> Problem:
@@ -183,21 +183,23 @@ def also_known(problem: Problem, names: list[str]) -> Problem:
 
 def no_attribute(whose: str, name: str, known: Iterable[str]) -> AttributeError:
     """Make the error of a name that a module does not have, with the nearest that it has."""
-    near = did_you_mean(name, known)
+    near, broken = did_you_mean(name, known), getattr(known, "broken", {})
     text = f"{whose} has no attribute {name!r}{near and ':'}{near}"
+    text = "; ".join([text, *(f"not loaded: {point}: {why}" for point, why in broken.items())])
     return AttributeError(text, name=name, obj=None)  # or else a traceback says the nearest name again
 
 
 class _NoSuch(UserString):
     """Message on an unknown name; composed only when it is read, as comparing names takes long."""
 
-    def __init__(self, what: str, word: object, known: list[str]) -> None:
-        self.what, self.word, self.known = what, word, known
+    def __init__(self, what: str, word: object, known: list[str], broken: Mapping[str, str]) -> None:
+        self.what, self.word, self.known, self.broken = what, word, known, broken
 
     @cached_property
     def data(self) -> str:
         names = ", ".join(self.known) if self.known else "none"
-        return f"no such {self.what}:{did_you_mean(self.word, self.known)} accepted: {names}"
+        said = f"no such {self.what}:{did_you_mean(self.word, self.known)} accepted: {names}"
+        return "; ".join([said, *(f"not loaded: {point}: {why}" for point, why in self.broken.items())])
 
 
 def join(root: str, tail: str) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from importlib import import_module
-from importlib.metadata import entry_points
 from pkgutil import walk_packages
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -28,8 +27,6 @@ if TYPE_CHECKING:
 for _each in walk_packages(__path__, f"{__name__}."):  # a figure adds itself
     if not _each.name.startswith(drawing.__name__):
         import_module(_each.name)
-for _point in entry_points(group="jointplay.figures"):  # and those of other packages
-    _point.load()
 
 __all__ = ["ABOUT", "KINDS", "draw", "of_sweep", "problems", "sheet_of", "study_problems", "suited", "usual"]
 

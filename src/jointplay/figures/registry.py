@@ -14,6 +14,7 @@ from jointplay.display.errors import Problem
 from jointplay.figures.drawing import style
 from jointplay.kinds import KINDS as STUDIES
 from jointplay.kinds import Kind
+from jointplay.solver.extensions import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -60,7 +61,7 @@ class About:
 
 
 GENERAL = ("width", "font", "ax")  # options that every figure has
-KINDS: dict[str, Callable[..., Figure]] = {}
+KINDS: Table[Callable[..., Figure]] = Table("jointplay.figures", Callable)
 ABOUT: dict[str, About] = {}
 
 
@@ -78,7 +79,7 @@ def suited(row: Kind | None) -> tuple[str, ...]:
     """Figures that suit a result of a kind of study, the usual one first."""
     if row is None:
         return ()
-    others = (name for name, about in ABOUT.items() if row.name in about.of)
+    others = (name for name in KINDS if row.name in ABOUT[name].of)
     return tuple(dict.fromkeys((*row.figures, *others)))
 
 

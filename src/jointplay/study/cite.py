@@ -1,7 +1,7 @@
 """What a study rests on: references of its mechanism, laws and methods, as text and as BibTeX.
 
-Each reference is stated once, in ``references.toml`` beside this file. Laws say themselves what they rest on;
-of parts without a row of their own the table ``uses`` of that file says it.
+Each reference is stated once, in ``references.toml`` beside this file. Laws, kinds and mechanisms say what
+they rest on in their rows; of parts without a row the table ``uses`` of that file says it.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def parts(record: Study) -> dict[str, Keys]:
 
 def _parts(record: Study) -> Iterator[tuple[str, Keys]]:
     exponents, mechanism = record.keywords().get("exponents"), record.mechanism
-    yield from (("the integrator", None), (f"kind {record.kind}", None))
+    yield from (("the integrator", None), (f"kind {record.kind}", record.row.references))
     if record.row.tangents or exponents:
         yield "saltation of tangents", None
     if exponents:
@@ -64,13 +64,18 @@ def _parts(record: Study) -> Iterator[tuple[str, Keys]]:
     if isinstance(mechanism, Mechanism):
         yield from _of_a_linkage(mechanism)
     else:
-        yield from [(f"system {mechanism.system}", None)] * (mechanism.system is not None)
+        yield from [(f"system {name}", _of(name)) for name in (mechanism.system,) if name]
         yield from [("impacts on rigid walls", None)] * bool(mechanism.impacts)
+
+
+def _of(name: str) -> Keys:
+    """References of an entry of the catalog."""
+    return getattr(catalog.NAMES.get(name), "references", None)
 
 
 def _of_a_linkage(mechanism: Mechanism) -> Iterator[tuple[str, Keys]]:
     if mechanism.name in catalog.NAMES:
-        yield f"mechanism {mechanism.name}", None
+        yield f"mechanism {mechanism.name}", _of(mechanism.name)
     if isinstance(mechanism.drive, MotorLine):
         yield "the motor line", None
     if isinstance(mechanism.drive, Servo):

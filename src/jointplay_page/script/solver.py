@@ -118,7 +118,7 @@ def solver(
 
     def request(model: Model) -> Request:
         fields = rules.section_fields(section, model, 0)
-        sharp = rates.needed(name for name, _ in shown)
+        sharp = rates.needed(model, (name for name, _ in shown))
         return Request(math.inf, rtol, log_from=0.0, events=True, rates=sharp, **fields)
 
     loops = closing(mechanism, initial, model)

@@ -125,7 +125,7 @@ def continuation(
     requested = section_map(at_start, section, period, *limits)
     orbit = search(requested, Search(motion["transient"], tolerance, ITERATIONS))
     family = Family(maps, float(range[0]), float(range[1]), tolerance)
-    passages, visited = branch_dataset.Passages(requested.phase, needed(names), family), count(1)
+    passages, visited = branch_dataset.Passages(requested.phase, needed(at_start, names), family), count(1)
     most = max_branches if branch_switching else 1
 
     def visit(point: Point) -> None:

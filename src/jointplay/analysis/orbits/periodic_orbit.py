@@ -103,7 +103,7 @@ def periodic_orbit(
         there = replace(orbit.map, phase=requested.phase)
         given = there, state, orbit.image.time, 0 if orbit.status else samples_per_turn
         rows = orbit_dataset.history(*given)
-        sharp = orbit_dataset.history(*given, sharp=True) if needed(quantities) else rows
+        sharp = orbit_dataset.history(*given, sharp=True) if needed(model, quantities) else rows
         variables |= Quantities(model, rows, rows[:1].ravel(), sharp).variables(quantities, "time")
         coords |= labelled({"time": (rows[:, 0] - there.begin, "s", "time since the section")}, "time")
     variables |= outcome(orbit.status, began, "how the search ended")

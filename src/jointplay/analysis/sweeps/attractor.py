@@ -144,7 +144,7 @@ def _run(model: Model, plan: Plan, turns: int, watched: bool) -> Records:
     else:
         fields |= {"duration": end, "at": np.array([end]), "skip": 0 if watched else 10**9}
     looked = {"events": watched, "misses": watched, "log_from": 0.0}
-    looked["rates"] = watched and rates.needed(plan.record)
+    looked["rates"] = watched and rates.needed(model, plan.record)
     limit = {"rtol": plan.rtol, "max_steps": rules.steps(plan.max_steps)}
     records = follow(model, Request(**limit, **looked, **fields))
     if whole and not records.status and len(records.sections) < (turns if watched else 1):

@@ -76,6 +76,11 @@ class Dynamics:
         for wall in (wall for guide in self.guides for wall in guide):
             self.tape.define(rubbing(wall), self.friction(wall))
 
+    @property
+    def abrupt(self) -> set[Symbol]:
+        """What amplifies errors of speeds: accelerations, friction, walls' forces, a drive's law."""
+        return {*self.a, *self.F_t, *self.system.answering}
+
     def rub(self, wall: Reset) -> int:
         """Place among the contacts of the friction of a rough wall's guide."""
         (place,) = (g for g, guide in enumerate(self.guides) if wall in guide)

@@ -15,7 +15,7 @@ reset(k, s, p)                    the jump of the k-th reset; beyond the last, c
                                   beyond these, contacts that a law remembers: beginnings, then ends; last,
                                   unit impulses along N, then along T, on walls that `resets.pushes` names
 CONTACTS, RESETS                  their names; of a contact with its flags (method.modes)
-OUTPUTS, PROGRAM                  recorded quantities (codegen.outputs)
+OUTPUTS, ABRUPT, PROGRAM          recorded quantities (codegen.outputs)
 """
 
 import re

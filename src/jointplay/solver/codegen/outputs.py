@@ -21,7 +21,10 @@ exec(LAMBERT, FUNCTIONS)
 
 
 def text(system) -> str:
-    """The program as source of constants: OUTPUTS (name: symbol), PROGRAM (symbol, expression, reads)."""
+    """The program as source of constants: OUTPUTS (name: symbol), PROGRAM (symbol, expression, reads).
+
+    ABRUPT are the outputs that depend on accelerations, or on forces that answer a speed as these do.
+    """
     from ..equations.system import TIME
     from .dynamics import Dynamics
     from .source import expression
@@ -29,13 +32,16 @@ def text(system) -> str:
 
     dynamics = Dynamics(system, "any")
     names = {name: f"out_{i}" for i, name in enumerate(system.outputs)}
+    behind = ((name, dynamics.tape.behind([value])) for name, value in system.outputs.items())
+    abrupt = tuple(name for name, symbols in behind if symbols & dynamics.abrupt)
     program = dynamics.tape.program({symbol: system.outputs[name] for name, symbol in names.items()})
     rows = [(str(s), expression(value), tuple(x.name for x in read(value))) for s, value in program]
     angles = [(str(x), f"{f}({expression(a.value)})", _reads(a)) for a in system.angles for f, x in _trig(a)]
     lines = ",\n".join(f"    {row!r}" for row in angles + rows)
     state = [str(s) for s in (TIME, *system.positions, *system.speeds)]
     parameters = [str(s) for s in system.parameters]
-    return f"STATE = {state!r}\nPARAMETERS = {parameters!r}\nOUTPUTS = {names!r}\nPROGRAM = (\n{lines},\n)\n"
+    found = {"STATE": state, "PARAMETERS": parameters, "OUTPUTS": names, "ABRUPT": abrupt}
+    return "".join(f"{name} = {each!r}\n" for name, each in found.items()) + f"PROGRAM = (\n{lines},\n)\n"
 
 
 def _trig(angle):

@@ -102,19 +102,20 @@ class Tape:
         Results appear under symbols of their own names.
         """
         wanted = {Symbol(name): sympify(value) for name, value in results.items()}
-        live = self._live(wanted.values())
+        live = self.behind(wanted.values())
         assigned = {s: self.values[s] for s in self.values if s in live} | wanted
         found, reduced = shared(list(assigned.values()), map(number, map("k{}".format, count())))
         return _in_order(dict(found) | dict(zip(assigned, reduced, strict=True)))
 
-    def _live(self, roots: Iterable[Expr]) -> set[Symbol]:
+    def behind(self, roots: Iterable[Expr]) -> set[Symbol]:
+        """Symbols that some expressions need, in them or behind what is assigned."""
         live: set[Symbol] = set()
         queue = [s for value in roots for s in read(value)]
         while queue:
             s = queue.pop()
-            if s in self.values and s not in live:
+            if s not in live:
                 live.add(s)
-                queue += read(self.values[s])
+                queue += read(self.values[s]) if s in self.values else []
         return live
 
 

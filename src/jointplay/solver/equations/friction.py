@@ -20,6 +20,7 @@ or those of NumPy) as its first argument.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from ..extensions import Table
 from .quantity import ForceLaw, Quantity
 
 
@@ -133,7 +134,7 @@ _STRIBECK = {
     "exponent": Quantity("delta", "1", usual=2.0, least=1.0, most=10.0),
 }
 
-FRICTIONS = {
+_ROWS = {
     # Coulomb: mu = f, and true sticking up to f F_n.
     "coulomb": FrictionLaw(
         lambda m, v_t, f: f,
@@ -229,3 +230,4 @@ FRICTIONS = {
         kinks=True,
     ),
 }
+FRICTIONS = Table("jointplay.frictions", FrictionLaw, _ROWS)

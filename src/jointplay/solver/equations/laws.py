@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import exp
 
+from ..extensions import Table
 from . import cylinders
 from .cylinders import ROUND
 from .quantity import ForceLaw, Quantity
@@ -240,9 +241,9 @@ _restitution = Law(
     smooth=True,
 )
 
-LAWS = {"kelvin_voigt": _kelvin_voigt, "hertz": _hertz, "hunt_crossley": _hunt_crossley}
-LAWS |= {name: _remembering(*each) for name, each in FACTORS.items()}
-LAWS |= {
+_ROWS = {"kelvin_voigt": _kelvin_voigt, "hertz": _hertz, "hunt_crossley": _hunt_crossley}
+_ROWS |= {name: _remembering(*each) for name, each in FACTORS.items()}
+_ROWS |= {
     name: _cylindrical(getattr(cylinders, name), spring, bounds, reference)
     for name, spring, bounds, reference in (
         ("johnson", cylinders.logarithmic, cylinders.logarithmic_slope, "johnson1985"),
@@ -255,4 +256,4 @@ LAWS |= {
         ("liu", cylinders.conforming, cylinders.conforming_slope, "liu2007"),
     )
 }
-LAWS["restitution"] = _restitution
+LAWS = Table("jointplay.laws", Law, _ROWS | {"restitution": _restitution})

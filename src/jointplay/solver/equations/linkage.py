@@ -36,6 +36,7 @@ class Parts:
     def system(self) -> System:
         """The equations."""
         structure, c, outputs = self.structure, self.c, dict(self._outputs())
+        drive = DRIVES[structure.drive]
         mass, force = c.mass(self.inertia), list(c.force(self.force, self.inertia))
         imposed = dict(c.imposed)
         if structure.held:  # the crank: an unknown whose acceleration is none
@@ -64,6 +65,7 @@ class Parts:
             roots=tuple(c.roots),
             imposed=imposed,
             draws=self._draws(),
+            answering=tuple(map(number, drive.letters)) if drive.torque else (),
         )
 
     @cached_property

@@ -142,7 +142,7 @@ class System:
     that fall to 0 where the equations end, as at a dead centre, like squares of the time that is left.
     `imposed` are accelerations of unknowns that neither force nor impulse changes, by their places. `draws`
     is the work that a drive of imposed speed does per change of each speed in an impact: 0 where there is no
-    such drive, or no work is wanted.
+    such drive, or no work is wanted. `answering` are the numbers of a drive whose torque answers its speed.
     """
 
     positions: tuple[Symbol, ...]
@@ -162,6 +162,7 @@ class System:
     roots: tuple[Root, ...] = ()
     imposed: dict[int, Expr] = field(default_factory=dict)
     draws: tuple[Expr, ...] = ()
+    answering: tuple[Symbol, ...] = ()
 
     @property
     def rubs(self) -> int:

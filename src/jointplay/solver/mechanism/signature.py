@@ -12,7 +12,18 @@ from dataclasses import dataclass
 from functools import cache, partial, wraps
 from inspect import Parameter, signature, unwrap
 from types import SimpleNamespace
-from typing import Annotated, Any, ClassVar, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
+from typing import (
+    Annotated,
+    Any,
+    ClassVar,
+    ParamSpec,
+    Protocol,
+    TypeVar,
+    get_args,
+    get_origin,
+    get_type_hints,
+    runtime_checkable,
+)
 
 from pydantic import ConfigDict, create_model
 from typing_extensions import get_original_bases, is_typeddict
@@ -150,6 +161,28 @@ class _Shared(dict[str, Any]):
 @cache
 def _names(function: Callable[..., Any]) -> frozenset[str]:
     return frozenset(signature(function).parameters)
+
+
+@runtime_checkable
+class Preset(Protocol):
+    """An entry of the catalog, which `preset` makes: a function that gives a mechanism or a system."""
+
+    references: tuple[str, ...]
+    fields: Callable[[], Mapping[str, Any]]
+
+    def __call__(self, **arguments: Any) -> Any:
+        """Give the mechanism, or system."""
+
+
+def preset(*references: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Mark an entry of the catalog: its arguments are checked, and what it rests on is kept, as of a law."""
+
+    def decorated(make: Callable[P, T]) -> Callable[P, T]:
+        made = checked()(make)
+        made.references = references
+        return made
+
+    return decorated
 
 
 def _problems(rule: Rule, arguments: _Shared) -> list[Problem]:

@@ -14,10 +14,12 @@ from collections.abc import Callable
 from typing import Any
 
 from jointplay.display.errors import no_attribute
+from jointplay.solver.extensions import Table
 from jointplay.solver.mechanism.base import GROUND
 from jointplay.solver.mechanism.catalog.presets import quick_return, slider_crank
 from jointplay.solver.mechanism.catalog.published import flores2010, ivp_crank, siconos_four_bar
 from jointplay.solver.mechanism.catalog.six_bars import stephenson, watt
+from jointplay.solver.mechanism.own.own import CATALOG
 from jointplay.solver.mechanism.own.systems import (
     SYSTEMS,
     TestSystem,
@@ -34,13 +36,13 @@ from jointplay.solver.mechanism.own.systems import (
 from jointplay.solver.mechanism.parts.beam import Beam, Link
 from jointplay.solver.mechanism.parts.joints import Contact, Friction, Joint, Pin
 from jointplay.solver.mechanism.records import Mechanism, MotorLine
-from jointplay.solver.mechanism.signature import checked
+from jointplay.solver.mechanism.signature import preset
 
 _RPM = 2 * math.pi / 60
 _GEAR_RATIO = 15.0
 
 
-@checked()
+@preset("chunmei2002")
 def chunmei2002(clearance: Any = 2.9e-5, gear_ratio: float = _GEAR_RATIO, **changes: Any) -> Mechanism:
     """Give the motor-driven crank-rocker of Chunmei et al. (2002), with clearance at joint B.
 
@@ -106,12 +108,13 @@ _LINKAGES = (
     *(chunmei2002, slider_crank, watt, stephenson, quick_return),
     *(ivp_crank, flores2010, siconos_four_bar),
 )
-NAMES: dict[str, Callable[..., Mechanism | TestSystem]] = {
-    each.__name__: each for each in _LINKAGES
-} | SYSTEMS
+CATALOG.own = {each.__name__: each for each in _LINKAGES} | CATALOG.own
+NAMES: Table[Callable[..., Mechanism | TestSystem]] = CATALOG
 
 
 def __getattr__(name: str) -> Any:
+    if name[:1] != "_" and name in NAMES:
+        return NAMES[name]
     raise no_attribute("the catalog", name, NAMES)
 
 

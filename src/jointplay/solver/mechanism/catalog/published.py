@@ -15,14 +15,14 @@ from jointplay.solver.mechanism.parts.friction import Friction
 from jointplay.solver.mechanism.parts.joints import Contact, Joint
 from jointplay.solver.mechanism.parts.servo import Servo
 from jointplay.solver.mechanism.records import Mechanism
-from jointplay.solver.mechanism.signature import checked
+from jointplay.solver.mechanism.signature import preset
 
 _SLIDER = 0.02  # m: a size that nothing depends on
 _Restitution = Annotated[NonNegative, unit("restitution", "1")]
 _Coefficient = Annotated[NonNegative, unit("friction coefficient", "1")]
 
 
-@checked()
+@preset("simeon1996")
 def ivp_crank(**changes: Any) -> Mechanism:
     """Give the slider-crank with an elastic rod of the IVP test set (problem `crank`; Simeon 1996, 1998).
 
@@ -108,7 +108,7 @@ def _controller() -> Servo:
     )
 
 
-@checked()
+@preset("acary_brogliato2008", "slotine_li1991")
 def siconos_four_bar(
     clearance: Play = {"A": 5e-3, "B": 5e-3, "C": 5e-3},  # noqa: B006  read only
     restitution: _Restitution | None = 0.0,
@@ -155,7 +155,7 @@ def siconos_four_bar(
     return made.replace(clearance=clearance, **changes)
 
 
-@checked()
+@preset("flores2010")
 def flores2010(
     clearance: Play = {"G": 1e-3},  # noqa: B006  read only
     restitution: _Restitution = 0.4,

@@ -8,11 +8,12 @@ from typing import Any, Self
 from pydantic import model_validator
 
 from jointplay.display.errors import InputError, refuse, unknown
+from jointplay.solver.extensions import Table
 from jointplay.solver.mechanism.measures import in_si
 from jointplay.solver.mechanism.own.own_equations import Equations
 from jointplay.solver.mechanism.own.well_posed import problems
 from jointplay.solver.mechanism.paths import one_by_one
-from jointplay.solver.mechanism.signature import checked
+from jointplay.solver.mechanism.signature import Preset, checked
 
 
 class System(Equations):
@@ -107,10 +108,9 @@ class System(Equations):
         return self.model_copy(update={"parameters": parameters, "states": states})
 
     def _of_the_catalog(self, changes: dict[str, Any]) -> System:
-        if self.system not in SYSTEMS:
-            accepted = f"a system of the catalog is accepted: {', '.join(SYSTEMS)}"
-            raise refuse(self.system, accepted, "system")
-        return SYSTEMS[self.system](**self.parameters | changes)
+        if self.system not in CATALOG:
+            raise InputError([unknown("system", self.system, self.system, CATALOG, "system of the catalog")])
+        return CATALOG[self.system](**self.parameters | changes)
 
     def _started(self, initial: Any) -> dict[str, Any]:
         names = [name for names in self.order for name in names]
@@ -138,4 +138,4 @@ class System(Equations):
         )
 
 
-SYSTEMS: dict[str, Callable[..., System]] = {}  # of the catalog, by name, which `mechanism.own.systems` adds
+CATALOG: Table[Callable[..., Any]] = Table("jointplay.mechanisms", Preset)  # filled by `mechanism.catalog`

@@ -16,8 +16,8 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from jointplay.solver.mechanism.base import Flag, NonNegative, Number, Positive
-from jointplay.solver.mechanism.own.own import SYSTEMS, System
-from jointplay.solver.mechanism.signature import checked
+from jointplay.solver.mechanism.own.own import CATALOG, System
+from jointplay.solver.mechanism.signature import preset
 
 TestSystem = System
 _Restitution = Annotated[NonNegative, Field(le=1)]
@@ -29,7 +29,7 @@ def _system(name: str, parameters: dict[str, Any], states: dict[str, Any], **par
     return System(name=name, system=name, parameters=parameters, states=states, **parts)
 
 
-@checked()
+@preset("lorenz1963")
 def lorenz(sigma: Number = 10.0, rho: Number = 28.0, beta: Number = 8 / 3) -> System:
     """Lorenz's system: x' = σ(y − x), y' = x(ρ − z) − y, z' = x y − β z; starts at (1, 1, 1)."""
     numbers, start = {"sigma": sigma, "rho": rho, "beta": beta}, dict.fromkeys("xyz", 1.0)
@@ -37,14 +37,14 @@ def lorenz(sigma: Number = 10.0, rho: Number = 28.0, beta: Number = 8 / 3) -> Sy
     return _system("lorenz", numbers, start, rates=rates)
 
 
-@checked()
+@preset("roessler1976")
 def rossler(a: Number = 0.2, b: Number = 0.2, c: Number = 5.7) -> System:
     """Rössler's system: x' = −y − z, y' = x + a y, z' = b + z(x − c); starts at (1, 1, 0)."""
     rates = {"x": "-y - z", "y": "x + a*y", "z": "b + z*(x - c)"}
     return _system("rossler", {"a": a, "b": b, "c": c}, {"x": 1.0, "y": 1.0, "z": 0.0}, rates=rates)
 
 
-@checked()
+@preset("linz_sprott1999")
 def jerk(damping: NonNegative = 0.6) -> System:
     """Jerk of Linz and Sprott: x‴ = −a x″ − x′ + |x| − 1, its rate bent at x = 0; starts at (−0.5, 0, 0).
 
@@ -57,7 +57,7 @@ def jerk(damping: NonNegative = 0.6) -> System:
     return _system("jerk", {"damping": damping}, {"x": -0.5, "y": 0.0, "z": 0.0}, rates=rates)
 
 
-@checked()
+@preset("holmes1979")
 def duffing(amplitude: NonNegative = 0.3, damping: NonNegative = 0.2, frequency: Positive = 1.0) -> System:
     """Duffing's two-well oscillator: x'' + δ x' − x + x³ = f cos ω t; starts at rest in a well, (1, 0).
 
@@ -71,7 +71,7 @@ def duffing(amplitude: NonNegative = 0.3, damping: NonNegative = 0.2, frequency:
     return _system("duffing", numbers, {"y": 1.0, "v": 0.0}, rates=rates, forcing="2*pi/frequency")
 
 
-@checked()
+@preset("dubowsky_freudenstein1971")
 def impact_pair(gap: Positive, restitution: _Restitution) -> System:
     """Rattling mass in a shaken frame: y'' = sin t, |y| ≤ d/2, y' → −r y' at a wall; starts at (0, 0).
 
@@ -91,7 +91,7 @@ def impact_pair(gap: Positive, restitution: _Restitution) -> System:
     return _system("impact_pair", numbers, start, rates=_SHAKEN, forcing=_TAU, impacts=walls)
 
 
-@checked()
+@preset("dubowsky_freudenstein1971")
 def soft_impact_pair(
     gap: Positive, stiffness: Positive, damping: NonNegative, tension: Flag = True
 ) -> System:
@@ -118,7 +118,7 @@ def soft_impact_pair(
     return _system("soft_impact_pair", numbers, start, rates=_SHAKEN, forcing=_TAU, contacts=walls)
 
 
-@checked()
+@preset("holmes1982", "guckenheimer_holmes1983")
 def bouncing_ball(acceleration: Positive, restitution: _Restitution) -> System:
     """Ball on a table that moves as sin t: y'' = −1/Γ in flight, lengths in table amplitudes, time in 1/ω.
 
@@ -145,7 +145,7 @@ def bouncing_ball(acceleration: Positive, restitution: _Restitution) -> System:
     return _system("bouncing_ball", numbers, start, rates=rates, forcing=_TAU, impacts=table)
 
 
-@checked()
+@preset("kahraman_singh1990")
 def gear_backlash(
     mean_load: Number, amplitude: NonNegative, frequency: Positive, damping: NonNegative
 ) -> System:
@@ -168,7 +168,7 @@ def gear_backlash(
     return _system("gear_backlash", numbers, {"y": 0.5, "v": 0.0}, **parts)
 
 
-@checked()
+@preset("hos_champneys2012")
 def relief_valve(
     flow: NonNegative = 5.0,
     restitution: _Restitution = 0.8,
@@ -194,4 +194,5 @@ def relief_valve(
 
 _ALL = (lorenz, rossler, jerk, duffing, impact_pair, soft_impact_pair, bouncing_ball, gear_backlash)
 _ALL += (relief_valve,)
-SYSTEMS |= {system.__name__: system for system in _ALL}
+SYSTEMS = {system.__name__: system for system in _ALL}
+CATALOG.own |= SYSTEMS

@@ -49,7 +49,7 @@ class Contact(Record):
         reaches 0.
     """
 
-    law: Annotated[str, Field(json_schema_extra={"enum": [*LAWS]})] = "kelvin_voigt"
+    law: Annotated[str, Field(json_schema_extra=lambda schema: schema.update(enum=[*LAWS]))] = "kelvin_voigt"
     stiffness: Positive | None = measured("contact stiffness", "N/m", None)
     damping: NonNegative | None = measured("contact damping", "N s/m", None)
     parameters: dict[Name, Number] = Field({})

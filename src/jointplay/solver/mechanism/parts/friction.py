@@ -44,7 +44,7 @@ class Friction(Record):
     """
 
     model_config = ConfigDict(extra="allow", json_schema_extra=_with_numbers)
-    law: Annotated[str, Field(json_schema_extra={"enum": [*FRICTIONS]})] = "coulomb"
+    law: Annotated[str, Field(json_schema_extra=lambda schema: schema.update(enum=[*FRICTIONS]))] = "coulomb"
     coefficient: NonNegative = measured("friction coefficient", "1")
     viscous: NonNegative = measured("viscous friction", "N s/m", 0.0)
 

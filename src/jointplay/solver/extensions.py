@@ -1,0 +1,89 @@
+"""Tables of rows by name, to which other packages add by entry points.
+
+There are five: laws, frictions, mechanisms, kinds and figures. In a package's own `pyproject.toml`,
+``[project.entry-points."jointplay.laws"]`` and ``name = "module:object"`` publish a row under that name. The
+object may also be several rows, as a mapping by name or a tuple of rows that have names, or a module, which
+adds its rows itself when it is imported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, MutableMapping
+from importlib.metadata import EntryPoint, entry_points
+from types import ModuleType
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+
+class Table(MutableMapping[str, T]):
+    """Rows by name: own ones, then those of other packages, looked for once a name is not an own one.
+
+    An entry point that cannot be loaded is left out; `broken` says why, and so does the error of a name that
+    is not known.
+
+    Parameters
+    ----------
+    group : str
+        Group of the entry points.
+    of : type
+        What a row must be.
+    rows : mapping of str to object
+        The own rows.
+    """
+
+    def __init__(self, group: str, of: Any, rows: Mapping[str, T] | None = None) -> None:
+        self.group, self.of, self.own = group, of, dict(rows or {})
+        self._asked, self._broken = False, {}
+
+    @property
+    def broken(self) -> dict[str, str]:
+        """Why entry points cannot be loaded, by what they are called."""
+        self._ask()
+        return self._broken
+
+    def _ask(self) -> None:
+        if self._asked:
+            return
+        self._asked = True  # first of all: what is loaded may look into the table itself
+        for point in entry_points(group=self.group):
+            before = dict(self.own)
+            try:
+                self.own = before | self._checked(point) | self.own  # a module adds its own
+            except Exception as error:  # whatever a stranger's module does
+                self.own = before
+                of = f" of {point.dist.name}" if point.dist else ""
+                why = " ".join(f"{type(error).__name__}: {error}".split())
+                self._broken[f"entry point {point.name!r} ({point.value}){of} in {self.group}"] = why
+
+    def _checked(self, point: EntryPoint) -> dict[str, T]:
+        given = point.load()
+        if isinstance(given, ModuleType):
+            return {}
+        if isinstance(given, tuple | list):
+            given = {row.name: row for row in given}
+        rows = dict(given) if isinstance(given, Mapping) else {getattr(given, "name", point.name): given}
+        if wrong := [name for name, row in rows.items() if not isinstance(row, self.of)]:
+            raise TypeError(f"{', '.join(wrong)} is no {self.of.__name__}")
+        if taken := [name for name, row in rows.items() if self.own.get(name, row) is not row]:
+            raise ValueError(f"there is another {', '.join(taken)} already")
+        return rows
+
+    def __getitem__(self, name: str) -> T:
+        if name not in self.own:
+            self._ask()
+        return self.own[name]
+
+    def __setitem__(self, name: str, row: T) -> None:
+        self.own[name] = row
+
+    def __delitem__(self, name: str) -> None:
+        del self.own[name]
+
+    def __iter__(self) -> Iterator[str]:
+        self._ask()
+        return iter(self.own)
+
+    def __len__(self) -> int:
+        self._ask()
+        return len(self.own)
