@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -53,3 +55,51 @@ def outcome(status: int, began: float, text: str = ENDED) -> dict[str, Any]:
 def column(answers: Sequence[Mapping[str, Any]], key: str, missing: Any, dtype: Any = float) -> np.ndarray:
     """One entry of the answer of each cell, `missing` where a cell has none."""
     return np.array([answer.get(key, missing) for answer in answers], dtype=dtype)
+
+
+KEPT = object()  # what a run that failed still tells
+OF = {"name": "the quantity", "units": "its units", "squared": "its units squared"}
+OF["per_hertz"] = "its units squared per hertz"  # as long as there is no quantity
+
+
+@dataclass(frozen=True)
+class Out:
+    """A variable of a result.
+
+    Parameters
+    ----------
+    dims : str or tuple of str
+        Its dimensions, of a scalar ().
+    long_name, units : str
+        As in the file; ``{name}`` and ``{units}`` are those of the quantity that the result is of. A text has
+        no units.
+    about : str
+        What the documentation says beside the long name.
+    flags : tuple of str
+        Words of an integer code.
+    missing : object
+        Where a run failed, of a code its word; `KEPT`: what there is until then.
+    at : mapping
+        The entry along each of its own dimensions that the figure of a sweep shows.
+    """
+
+    dims: str | tuple[str, ...]
+    long_name: str
+    units: str = "1"
+    about: str = ""
+    flags: tuple[str, ...] = ()
+    missing: Any = math.nan
+    at: Mapping[str, Any] = field(default_factory=dict)
+
+    def variable(self, values: Any, of: Mapping[str, str]) -> tuple[Any, Any, dict[str, Any]]:
+        """Dimensions, values and attributes."""
+        if self.flags:
+            return coded(self.dims, values, self.long_name, self.flags)
+        name = self.long_name.format_map(of)
+        if not self.units:
+            return self.dims, values, {"long_name": name}
+        return number(self.dims, values, self.units.format_map(of), name)
+
+    def none(self, shape: tuple[int, ...]) -> np.ndarray:
+        """Values of a run that failed."""
+        return np.full(shape, self.flags.index(self.missing) if self.flags else self.missing)
