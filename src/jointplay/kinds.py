@@ -199,19 +199,14 @@ _ROWS = (
         "sensitivity",
         ".analysis.states.sensitivity:sensitivity",
         ("divergence", "field"),
-        shown=(Shown("growth"),),
         tangents=True,
         kept=True,
-        summary=".study.results.answers.exponents:sensitivity",
-        verdict=".study.results.answers.exponents:sensitivity_verdict",
         example={"analysis": {"transient": 50, "references": 5}},
     ),
     Kind(
         "basins",
         ".analysis.states.basins:basins",
         ("basins",),
-        shown=(Shown("fraction", (("number", "largest"),), "fraction of the starts in the largest basin"),),
-        summary=".study.results.answers.orbits:basins",
         example={
             "mechanism": {"clearance": 2.5e-4},
             "analysis": {

@@ -6,7 +6,7 @@ of the docstring and the table of the documentation follow from the declaration.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -53,6 +53,8 @@ class Outputs:
         values: Mapping[str, Any],
         of: Mapping[str, str] | None = None,
         model: Model | None = None,
+        plane: Mapping[str, Any] | None = None,
+        words: Mapping[str, Sequence[str]] | None = None,
         **attributes: Any,
     ) -> xr.Dataset:
         """The result, of the values that are known.
@@ -65,6 +67,10 @@ class Outputs:
             Name and units of the quantity that the result is of.
         model : Model, optional
             Whose labels the dimensions have.
+        plane : mapping, optional
+            Coordinates of the plane that variables are over.
+        words : mapping of str to sequence of str, optional
+            Words of codes that the result numbers itself, by variable.
         **attributes
             Of the file.
 
@@ -77,10 +83,16 @@ class Outputs:
 
         if strange := values.keys() - {*self.coords, *self.variables}:
             raise KeyError(f"{self.kind} declares no {', '.join(sorted(strange))}")
+        own, named = plane or {}, words or {}
         variables, coords = (
-            {name: out.variable(values[name], of or OF) for name, out in table.items() if name in values}
+            {
+                n: out.variable(values[n], of or OF, [*own], named.get(n, ()))
+                for n, out in table.items()
+                if n in values
+            }
             for table in (self.variables, self.coords)
         )
+        coords = own | coords
         if model is not None:
             return dataset(model, variables, coords, self.kind, **attributes)
         head = {"Conventions": "CF-1.11", "kind": self.kind} | attributes | {"kind": self.kind}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.analysis.labels import ENDED, KEPT, OF, Out, flags
+from jointplay.analysis.labels import ENDED, KEPT, Out, flags
 from jointplay.analysis.quantities import BALANCE, MODES, RATES, STATUS, WORDS, WORK
 from jointplay.display.errors import warn
 from jointplay.solver.codegen import cache, outputs
@@ -210,6 +210,7 @@ RUN = {
     "turn_period_nominal": Out((), "nominal period of the drive", "s", missing=KEPT),
     **{name: Out((), text, missing=KEPT) for name, text in COUNTERS.items()},
 }
+OUTCOME = {name: RUN[name] for name in ("status", "wall_time")}
 OF_A_MODEL = RUN | {"clearance": Out("joint", "radial clearance", "m", missing=KEPT)}
 
 
@@ -222,7 +223,7 @@ def run_values(model: Model, records) -> dict[str, Any]:
 
 def scalars(model: Model, records) -> dict[str, Any]:
     """The same as variables."""
-    return {name: OF_A_MODEL[name].variable(v, OF) for name, v in run_values(model, records).items()}
+    return {name: OF_A_MODEL[name].variable(v) for name, v in run_values(model, records).items()}
 
 
 def dataset(
