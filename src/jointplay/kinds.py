@@ -120,7 +120,8 @@ class Kind:
         """Default quantities of a sweep's figure, as declared or else as in `shown`."""
         if self.outputs is None:
             return self.shown
-        return tuple(Shown(name, (*out.at.items(),), out.shown or "") for name, out in self.outputs.figure())
+        known, titles = self.outputs.variables, self.outputs.shown
+        return tuple(Shown(name, (*known[name].at.items(),), title) for name, title in titles.items())
 
 
 def load(home: str) -> Any:
@@ -169,16 +170,8 @@ _ROWS = (
         "lyapunov",
         ".analysis.exponents.lyapunov:lyapunov",
         ("lyapunov",),
-        shown=(
-            Shown("section_exponent_per_turn", title="largest exponent of the section's map, per turn"),
-            Shown("section_exponent", title="largest exponent of the section's map"),
-            Shown("lyapunov_exponent_per_turn", title="largest Lyapunov exponent per turn"),
-            Shown("lyapunov_exponent", title="largest Lyapunov exponent"),
-        ),
         tangents=True,
         kept=True,
-        summary=".study.results.answers.exponents:lyapunov",
-        verdict=".study.results.answers.exponents:lyapunov_verdict",
         example={"analysis": {"transient": 20, "turns": 300}},
         references=(
             "benettin1980",
@@ -190,9 +183,7 @@ _ROWS = (
         ".analysis.exponents.covariant:covariant",
         ("covariant",),
         "{turns} turns after {transient} dropped turns, and {settling} after them",
-        (Shown("covariant_exponent_per_turn"), Shown("covariant_exponent")),
         tangents=True,
-        summary=".study.results.answers.covariant:covariant",
         example={"analysis": {"turns": 100}},
         references=(
             "ginelli2007",
@@ -237,11 +228,8 @@ _ROWS = (
         "sensitivity",
         ".analysis.states.sensitivity:sensitivity",
         ("divergence", "field"),
-        shown=(Shown("growth"),),
         tangents=True,
         kept=True,
-        summary=".study.results.answers.exponents:sensitivity",
-        verdict=".study.results.answers.exponents:sensitivity_verdict",
         example={"analysis": {"transient": 50, "references": 5}},
         references=(
             "wolf1985",
@@ -253,8 +241,6 @@ _ROWS = (
         "basins",
         ".analysis.states.basins:basins",
         ("basins",),
-        shown=(Shown("fraction", (("number", "largest"),), "fraction of the starts in the largest basin"),),
-        summary=".study.results.answers.orbits:basins",
         example={
             "mechanism": {"clearance": 2.5e-4},
             "analysis": {

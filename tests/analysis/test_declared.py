@@ -4,15 +4,31 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.declared import RUN, Out, Outputs
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import RUN
+from jointplay.analysis.labels import PLANE, Out
 from jointplay.kinds import KINDS
 
+LOOSE = jp.catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
 PAIR, DUFFING = jp.catalog.impact_pair(3.0, 0.8), jp.catalog.duffing()
+Y_V = {"y": [0.0, 0.1, 0.2], "v": [0.0, 0.1, 0.2]}
 CALLS = {  # which together give all that their kinds declare
     "chaos_test": [{"mechanism": PAIR, "turns": 5, "frequencies": 3}],
     "spectrum": [{"mechanism": PAIR, "turns": 2, "segments": 2}],
+    "lyapunov": [
+        {"mechanism": LOOSE, "turns": 0.3},
+        {"mechanism": DUFFING, "turns": 20, "twin_turns": 3, "exponents": "all"},
+    ],
+    "covariant": [
+        {"mechanism": DUFFING, "turns": 4, "settling": 4},
+        {"mechanism": jp.catalog.lorenz(), "turns": 4, "settling": 4},
+        {"mechanism": LOOSE, "turns": 0.1, "max_steps": 5},
+    ],
+    "basins": [{"mechanism": DUFFING, "plane": Y_V, "turns": 4, "transient": 2, "patience": 0, "refine": 1}],
+    "sensitivity": [{"mechanism": DUFFING, "turns": 4, "neighbours": 2, "plane": Y_V}],
     "dimension": [{"mechanism": PAIR, "turns": 10}],
 }
+AXES = {"basins": ("y", "v"), "sensitivity": ("y", "v")}  # of the planes that results are over
 DECLARED = [row for row in KINDS.values() if row.outputs is not None]
 
 
@@ -24,11 +40,12 @@ def test_all_that_is_declared_is_given_and_said(row):
         given = [result[name] for result in results if name in result]
         assert given, f"no call gives {name}"
         dims = (out.dims,) if isinstance(out.dims, str) else out.dims
+        dims = AXES[row.name] if out.dims == PLANE else dims
         assert all(each.dims == dims for each in given), name
         assert name in RUN or f"\n    - ``{name}``" in row.function.__doc__
     assert all(result.attrs["kind"] == outputs.kind == row.name for result in results)
     assert callable(outputs.answer)
-    assert {name for name, _ in outputs.figure()} <= outputs.variables.keys()
+    assert outputs.shown.keys() <= outputs.variables.keys()
     assert not isinstance(outputs.verdict, str) or outputs.verdict in ("", *outputs.variables)
     assert (row.summary, row.verdict, row.shown) == ("", "", ())
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.analysis.labels import coded, described, flags
-from jointplay.analysis.quantities import BALANCE, MODES, WORDS, WORK
+from jointplay.analysis.labels import ENDED, KEPT, Out, flags
+from jointplay.analysis.quantities import BALANCE, MODES, STATUS, WORDS, WORK
 from jointplay.display.errors import warn
 from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.equations.structure import powers
@@ -205,16 +205,26 @@ def coordinates(model: Model) -> dict[str, Any]:
     }
 
 
-def scalars(model: Model, records) -> dict[str, Any]:
+RUN = {
+    "status": Out((), ENDED, flags=STATUS, missing=KEPT),
+    "wall_time": Out((), "wall time of the run", "s", missing=KEPT),
+    "turn_period_nominal": Out((), "nominal period of the drive", "s", missing=KEPT),
+    **{name: Out((), text, missing=KEPT) for name, text in COUNTERS.items()},
+}
+OUTCOME = {name: RUN[name] for name in ("status", "wall_time")}
+OF_A_MODEL = RUN | {"clearance": Out("joint", "radial clearance", "m", missing=KEPT)}
+
+
+def run_values(model: Model, records) -> dict[str, Any]:
     """Status, times and counters of a run, and the clearances of its model."""
-    table = {
-        "wall_time": ((), records.wall_time, "s", "wall time of the run"),
-        "turn_period_nominal": ((), model.period, "s", "nominal period of the drive"),
-    }
-    table |= {name: ((), np.int64(records.counts[name]), "1", text) for name, text in COUNTERS.items()}
-    if model.clearances:
-        table["clearance"] = ("joint", np.array(model.clearances), "m", "radial clearance")
-    return {"status": coded((), records.status)} | described(table)
+    found = {"status": records.status, "wall_time": records.wall_time, "turn_period_nominal": model.period}
+    found |= {name: np.int64(records.counts[name]) for name in COUNTERS}
+    return found | ({"clearance": np.array(model.clearances)} if model.clearances else {})
+
+
+def scalars(model: Model, records) -> dict[str, Any]:
+    """The same as variables."""
+    return {name: OF_A_MODEL[name].variable(v) for name, v in run_values(model, records).items()}
 
 
 def dataset(

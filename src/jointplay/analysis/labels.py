@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,9 +15,9 @@ from jointplay.analysis.quantities import STATUS
 ENDED = "how the run ended"
 
 
-def flags(meanings: tuple[str, ...]) -> dict[str, Any]:
+def flags(meanings: Sequence[str], dtype: Any = np.int8) -> dict[str, Any]:
     """CF attributes of an integer code."""
-    values = np.arange(len(meanings), dtype=np.int8)
+    values = np.arange(len(meanings), dtype=dtype)
     return {"units": "1", "flag_values": values, "flag_meanings": " ".join(meanings)}
 
 
@@ -50,6 +52,65 @@ def outcome(status: int, began: float, text: str = ENDED) -> dict[str, Any]:
     )
 
 
+def ended(status: int, began: float) -> dict[str, Any]:
+    """The same as values."""
+    return {"status": status, "wall_time": time.perf_counter() - began}
+
+
 def column(answers: Sequence[Mapping[str, Any]], key: str, missing: Any, dtype: Any = float) -> np.ndarray:
     """One entry of the answer of each cell, `missing` where a cell has none."""
     return np.array([answer.get(key, missing) for answer in answers], dtype=dtype)
+
+
+PLANE = "plane"  # stands for the dimensions of a plane whose axes a result has of its own
+KEPT = object()  # what a run that failed still tells
+OF = {"name": "the quantity", "units": "its units", "squared": "its units squared"}
+OF["per_hertz"] = "its units squared per hertz"  # as long as there is no quantity
+
+
+@dataclass(frozen=True)
+class Out:
+    """A variable of a result.
+
+    Parameters
+    ----------
+    dims : str or tuple of str
+        Its dimensions, of a scalar (); `PLANE`: those of the plane that it is over.
+    long_name, units : str
+        As in the file; ``{name}`` and ``{units}`` are those of the quantity that the result is of. A text has
+        no units.
+    about : str
+        What the documentation says beside the long name.
+    flags : tuple of str
+        Words of an integer code.
+    missing : object
+        Where a run failed, of a code its word; `KEPT`: what there is until then.
+    at : mapping
+        The entry along each of its own dimensions that the figure of a sweep shows.
+    """
+
+    dims: str | tuple[str, ...]
+    long_name: str
+    units: str = "1"
+    about: str = ""
+    flags: tuple[str, ...] = ()
+    missing: Any = math.nan
+    at: Mapping[str, Any] = field(default_factory=dict)
+
+    def variable(
+        self, values: Any, of: Mapping[str, str] = OF, plane: Sequence[str] = (), words: Sequence[str] = ()
+    ) -> tuple[Any, Any, dict[str, Any]]:
+        """Dimensions, values and attributes; of a `plane` with these axes, of codes with these `words`."""
+        dims = tuple(plane) if self.dims == PLANE else self.dims
+        if words:
+            return dims, values, {"long_name": self.long_name} | flags(words, np.int32)
+        if self.flags:
+            return coded(dims, values, self.long_name, self.flags)
+        name = self.long_name.format_map(of)
+        if not self.units:
+            return dims, values, {"long_name": name}
+        return number(dims, values, self.units.format_map(of), name)
+
+    def none(self, shape: tuple[int, ...]) -> np.ndarray:
+        """Values of a run that failed."""
+        return np.full(shape, self.flags.index(self.missing) if self.flags else self.missing)

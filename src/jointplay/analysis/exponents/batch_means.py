@@ -8,16 +8,23 @@ Flyvbjerg and H. G. Petersen, J. Chem. Phys. 91 (1989) 461-466.
 Validity: batches must be longer than the motion's memory. Two numbers tell: the correlation of each batch's
 mean with the next one's, which lies within 2/sqrt(40) = 0.32 of 0 in 95 of 100 such cases, and the effective
 number of blocks, that of independent blocks of this scatter that would have this error.
+
+A motion is called chaotic only where the largest exponent of its section's map is above 0 by more than three
+standard errors, and stable where it is below by as much; all else is undecided. An error bar whose batches
+follow one another is too small to decide by.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.analysis.labels import described
+from jointplay.analysis.labels import KEPT, Out
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 BATCHES = 40
 BLOCKS = 400  # rows of a whole record; a multiple of BATCHES
@@ -75,56 +82,74 @@ def settled(rows: np.ndarray, logs: slice, error: float) -> bool:
     return bool(standard_error(rows, logs)[0] <= error and not correlated)
 
 
-def estimates(rows: np.ndarray, logs: slice, turn: float) -> dict[str, tuple[np.ndarray, str, str]]:
-    """Exponents with their errors, the largest first: values, units and long name of each variable.
+NAME, UP_TO_THERE = "Lyapunov exponent", "Lyapunov exponent up to the end of the block"
+ESTIMATES = {
+    "lyapunov_exponent": Out("exponent", NAME, "s-1", "of the flow, the largest first"),
+    "lyapunov_standard_error": Out("exponent", f"standard error of the {NAME}", "s-1"),
+    "lyapunov_exponent_per_turn": Out("exponent", f"{NAME}, per turn", about="where something turns"),
+    "lyapunov_standard_error_per_turn": Out("exponent", f"standard error of the {NAME}, per turn"),
+    "batch_correlation": Out("exponent", "correlation of a batch mean with the next"),
+    "effective_blocks": Out("exponent", "effective number of independent blocks"),
+}
+TRACE = {
+    "lyapunov_trace": Out(("block", "exponent"), UP_TO_THERE, "s-1", missing=KEPT),
+    "lyapunov_trace_error": Out(("block", "exponent"), "its standard error up to there", "s-1", missing=KEPT),
+    "block_time": Out("block", "end of the block", "s", missing=KEPT),
+}
+SUM_RULE = {
+    "mean_divergence": Out((), "mean divergence of the flow, with its jumps", "s-1"),
+    "sum_residual": Out((), "sum of exponents less divergence", "s-1", "of a whole spectrum"),
+    "volume_share": Out((), "share of time in which the last exponent is by volume"),
+}
 
-    `turn` is the length of a turn in s.
-    """
+
+def estimates(rows: np.ndarray, logs: slice, turn: float) -> dict[str, np.ndarray]:
+    """Values of `ESTIMATES`; `turn` is the length of a turn in s."""
     means = growth(rows, logs)
-    order, name = np.argsort(-means), "Lyapunov exponent"
+    order = np.argsort(-means)
     values, errors = means[order], standard_error(rows, logs)[order]
     correlation, blocks = batch_correlation(rows, logs)[order], effective_number(rows, logs)[order]
-    return {
-        "lyapunov_exponent": (values, "s-1", name),
-        "lyapunov_standard_error": (errors, "s-1", f"standard error of the {name}"),
-        "lyapunov_exponent_per_turn": (values * turn, "1", f"{name} a turn"),
-        "lyapunov_standard_error_per_turn": (errors * turn, "1", f"standard error of the {name} a turn"),
-        "batch_correlation": (correlation, "1", "correlation of a batch mean with the next"),
-        "effective_blocks": (blocks, "1", "effective number of independent blocks"),
-    }
+    found = values, errors, values * turn, errors * turn, correlation, blocks
+    return dict(zip(ESTIMATES, found, strict=True))
 
 
-def variables(rows: np.ndarray, logs: slice, turn: float, states: int) -> dict[str, Any]:
-    """Variables of a dataset: exponents, the largest first, their running means, and the sum rule."""
+def values(rows: np.ndarray, logs: slice, turn: float, states: int) -> dict[str, Any]:
+    """Values of exponents, the largest first, of their running means, and of the sum rule."""
     means = growth(rows, logs)
-    over = {key: ("exponent", *each) for key, each in estimates(rows, logs, turn).items()}
-    return described(over | _trace(rows, logs, np.argsort(-means)) | _sum_rule(rows, means, states))
+    found = estimates(rows, logs, turn) | _trace(rows, logs, np.argsort(-means))
+    return found | _sum_rule(rows, means, states)
 
 
-def _trace(rows: np.ndarray, logs: slice, order: np.ndarray) -> dict[str, tuple]:
+def _trace(rows: np.ndarray, logs: slice, order: np.ndarray) -> dict[str, np.ndarray]:
     """Running means at the ends of blocks, and their standard errors so far."""
     parts = [rows[: i + 1] for i in range(1, len(rows))]
     means, errors = (
         np.array([of(part, logs)[order] for part in parts]).reshape(-1, len(order))
         for of in (growth, standard_error)
     )
-    dims, name = ("block", "exponent"), "Lyapunov exponent up to the end of the block"
-    return {
-        "lyapunov_trace": (dims, means, "s-1", name),
-        "lyapunov_trace_error": (dims, errors, "s-1", "its standard error up to there"),
-        "block_time": ("block", rows[1:, 0], "s", "end of the block"),
-    }
+    return dict(zip(TRACE, (means, errors, rows[1:, 0]), strict=True))
 
 
-def _sum_rule(rows: np.ndarray, means: np.ndarray, states: int) -> dict[str, tuple]:
+def _sum_rule(rows: np.ndarray, means: np.ndarray, states: int) -> dict[str, float]:
     """Sum of a whole spectrum against the mean divergence."""
     trace, volume, unresolved = growth(rows, SUMS)
     whole = len(means) == states
     with np.errstate(invalid="ignore"):
         residual = abs(means.sum() - trace - volume) if whole else math.nan
-    share, by_volume = unresolved if whole else 0.0, "share of time in which the last exponent is by volume"
-    return {
-        "mean_divergence": ((), trace + volume, "s-1", "mean divergence of the flow, with its jumps"),
-        "sum_residual": ((), residual, "s-1", "sum of exponents less divergence"),
-        "volume_share": ((), share, "1", by_volume),
-    }
+    return dict(zip(SUM_RULE, (trace + volume, residual, unresolved if whole else 0.0), strict=True))
+
+
+ERRORS = 3  # standard errors by which an exponent must differ from 0
+FOLLOWING = 0.32  # correlation of batch means from which the error is too small
+CHAOTIC, UNDECIDED = "chaotic", "undecided"
+
+
+def decided(
+    value: xr.DataArray, error: xr.DataArray, above: str = CHAOTIC, below: str = "stable"
+) -> xr.DataArray:
+    """The word that the sign of each value deserves, by its error; minus infinity is below 0."""
+    from xarray import where
+
+    sure = np.isfinite(error)
+    positive, negative = sure & (value > ERRORS * error), sure & (value < -ERRORS * error)
+    return where(positive, above, where(negative | np.isneginf(value), below, UNDECIDED))

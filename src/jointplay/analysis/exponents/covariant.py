@@ -21,15 +21,18 @@ import numpy as np
 from pydantic import BeforeValidator
 
 from jointplay.analysis import rules
-from jointplay.analysis.evaluate import dataset, scalars
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import OF_A_MODEL, run_values
+from jointplay.analysis.exponents.batch_means import ERRORS
 from jointplay.analysis.exponents.covariant_dataset import Findings, Vectors
 from jointplay.analysis.exponents.covariant_record import Block, Recorder
 from jointplay.analysis.exponents.covariant_vectors import angles_between, backward, beyond, start
 from jointplay.analysis.exponents.frame_growth import frame
 from jointplay.analysis.exponents.lyapunov import directions, exponents_fit, number_or_all, steady
 from jointplay.analysis.keywords import Lasting, Length, Moving, analysis
-from jointplay.analysis.labels import described
+from jointplay.analysis.labels import Out
 from jointplay.analysis.tangents import TIGHT, Bundle, scales
+from jointplay.display.number_text import plain, signed
 from jointplay.solver.mechanism.records import TestSystem
 from jointplay.solver.motion.trajectory import Request, counts
 
@@ -39,7 +42,122 @@ if TYPE_CHECKING:
 OTHER = 1  # seed of a second frame
 
 
-@analysis(rules.length_fits, exponents_fit, steady, deferred=[rules.start_fits], usual={"transient": 20})
+UNSETTLED = 1e-3  # rad, from which a vector is not known
+COARSE = 20.0  # ln of the spread of growth in a block, from which the last vectors are inaccurate
+WORDS = {"crank": "the crank's motion", "bending": "the bending of links"}
+
+
+def answer(result: xr.Dataset) -> str:
+    """What takes part in the direction that grows most, its angle with the others, and doubts.
+
+    A direction counts as growing where its exponent is above 0 by more than three standard errors.
+    """
+    if "mean_share" not in result:
+        return "\n".join(["covariant vectors: not known", *filter(None, [_doubts(result)])])
+    tail, per = ("_per_turn", "per turn") if "turn_period" in result else ("", "per second")
+    values, errors = (result[f"covariant_{name}{tail}"].values for name in ("exponent", "standard_error"))
+    growing = int(np.count_nonzero(values > ERRORS * errors))
+    rate = f"{signed(float(values[0]), float(errors[0]))} {per}"
+    shares = _shares(result)
+    lines = [
+        f"chaos lives in {shares} (direction that grows by {rate})"
+        if growing
+        else f"no chaos: nothing grows for sure; the leading direction, {rate}, is in {shares}"
+    ]
+    if 0 < growing < len(values):
+        angles = np.degrees(result["splitting_angle"].isel(splitting=growing - 1).values)
+        low, middle = plain(float(angles.min()), 2), plain(float(np.median(angles)), 2)
+        what = "the growing direction" if growing == 1 else f"the {growing} growing directions"
+        lines.append(f"angle of {what} with the others: at least {low}°, median {middle}°")
+    return "\n".join([*lines, *filter(None, [_doubts(result)])])
+
+
+def _shares(result: xr.Dataset) -> str:
+    """Parts of the first vector, the largest first, with their mean shares."""
+    share = result["mean_share"].isel(vector=0).values
+    names = [str(name) for name in result["part"].values]
+    order = [i for i in np.argsort(-share) if share[i] >= 0.01]
+    return ", ".join(f"{_named(names[i])} {plain(100 * float(share[i]), 3)} %" for i in order)
+
+
+def _named(part: str) -> str:
+    if part.startswith("play "):
+        return f"the play of {part.removeprefix('play ')}"
+    return WORDS.get(part, part)
+
+
+def _doubts(result: xr.Dataset) -> str:
+    told, loose = [], np.zeros(0)
+    if "settling_residual" in result:
+        loose = result["vector"].values[result["settling_residual"].values > UNSETTLED]
+    if loose.size:
+        numbers = ", ".join(map(str, loose))
+        told.append(f"vectors {numbers} have not settled: a longer settling or transient, or equal exponents")
+    if float(result["block_spread"]) > COARSE:
+        told.append("directions shrink so differently that the last vectors are inaccurate")
+    if lost := int(result["lost"]):
+        told.append(f"{lost} direction{'s' * (lost > 1)} lost at events, without a vector")
+    return "; ".join(told)
+
+
+BETWEEN = "smallest angle between the first vectors and all others"
+RATES = {
+    f"{key}_{word}": Out("vector", f"{before}{name}", "s-1")
+    for key, name in (
+        ("covariant", "exponent of the covariant vector"),
+        ("lyapunov", "Lyapunov exponent, by the frame"),
+    )
+    for word, before in (("exponent", ""), ("standard_error", "standard error of the "))
+}
+OUTPUTS = Outputs(
+    "covariant",
+    {
+        "vector": Out("vector", "number of the vector, that of the largest exponent first"),
+        "splitting": Out("splitting", "number of vectors before the splitting"),
+        "turn": Out("turn", "section point"),
+        "part": Out("part", "what moves", ""),
+        "component": Out("component", "state", ""),
+    },
+    RATES
+    | {f"{name}_per_turn": Out("vector", f"{out.long_name}, per turn") for name, out in RATES.items()}
+    | {
+        "covariant_batch_correlation": Out("vector", "correlation of a batch mean with the next"),
+        "turn_period": Out((), "mean period of a turn", "s", "where something turns"),
+        "settling_residual": Out(
+            "vector",
+            "largest angle between vectors from two beginnings of the backward pass, or two first frames",
+            "rad",
+        ),
+        "share": Out(("turn", "vector", "part"), "share of a part in a vector"),
+        "time": Out("turn", "time of the section point", "s"),
+        "section_state": Out(("turn", "component"), "state, in SI units"),
+        "covariant_vector": Out(
+            ("turn", "vector", "component"), "vector of unit length, in units of the states' scales"
+        ),
+        "mean_share": Out(("vector", "part"), "mean share of a part in a vector"),
+        "mean_share_standard_error": Out(("vector", "part"), "standard error of the mean share"),
+        "splitting_angle": Out(("turn", "splitting"), BETWEEN, "rad"),
+        "smallest_angle": Out("splitting", f"{BETWEEN}, of all points", "rad"),
+        "neutral_vector": Out((), "vector along the motion", about="where nothing outside keeps the time"),
+        "neutral_angle": Out("turn", "angle of the neutral vector with the rate of the state", "rad"),
+        "lost": Out((), "directions that events took away", about="which have no vectors"),
+        "grazing": Out((), "smallest relative approach to a guard"),
+        "block_spread": Out((), "largest spread of directions' growth (ln) in a block"),
+    }
+    | OF_A_MODEL,
+    answer,
+    shown={"covariant_exponent_per_turn": "", "covariant_exponent": ""},
+)
+
+
+@analysis(
+    rules.length_fits,
+    exponents_fit,
+    steady,
+    deferred=[rules.start_fits],
+    usual={"transient": 20},
+    outputs=OUTPUTS,
+)
 def covariant(
     mechanism: Moving,
     *,
@@ -64,21 +182,6 @@ def covariant(
         Turns that are followed after the stretch, over which the vectors settle backward; of twice as many a
         record is kept at a time.
 
-    Returns
-    -------
-    xarray.Dataset
-        Over ``vector``: ``covariant_exponent`` and ``covariant_standard_error`` (1/s; also ``…_per_turn``
-        where something turns), ``covariant_batch_correlation``; ``lyapunov_exponent`` and
-        ``lyapunov_standard_error`` of the frame's growth beside them; ``mean_share`` and
-        ``mean_share_standard_error``, also over ``part``; ``settling_residual`` (rad). Over ``turn``, the
-        section points: ``time``, ``section_state`` (SI units) and ``covariant_vector`` (of unit length in
-        units of the states' scales), both by ``component``, ``share``, ``splitting_angle`` (rad, over
-        ``splitting``: between the first so many vectors and all others); ``neutral_angle`` (rad) of the
-        vector number ``neutral_vector`` with the motion itself, where nothing outside keeps the time.
-        ``smallest_angle`` over ``splitting``; ``lost``, the directions that events took away, which have no
-        vectors; ``turn_period``, ``block_spread``, ``grazing``, ``status``. Of a run that failed,
-        or of which no direction is left, only the last three, and ``lost``.
-
     Raises
     ------
     InputError
@@ -86,6 +189,9 @@ def covariant(
 
     Notes
     -----
+    Of a run that failed, or of which no direction is left, there are only ``lost``, ``grazing``,
+    ``block_spread`` and how it ended.
+
     Sections are those at the crank's first angle, or at a forcing's first phase; in a system that nothing
     turns, points are a time scale apart. ``settling_residual`` is the largest angle, at the ends of windows,
     between vectors from two beginnings of the backward pass, or at the end of the transient between a vector
@@ -117,23 +223,14 @@ def covariant(
         status = recorder.status
     turning = not (isinstance(mechanism, TestSystem) and mechanism.period is None)
     known = status == 0 and recorder.left > 0
-    variables = found.variables(turning) if known else {}
-    lost = np.int64(count - (found.count if known else recorder.left))
-    variables |= described(
-        {
-            "lost": ((), lost, "1", "directions that events took away"),
-            "grazing": ((), bundle.grazing, "1", "smallest relative approach to a guard"),
-            "block_spread": (
-                (),
-                recorder.spread,
-                "1",
-                "largest spread of directions' growth (ln) in a block",
-            ),
-        }
-    )
+    values = found.values(turning) | found.coordinates() if known else {}
+    values["lost"] = np.int64(count - (found.count if known else recorder.left))
+    values |= {"grazing": bundle.grazing, "block_spread": recorder.spread}
     ended = {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.x)}
-    variables |= scalars(model, SimpleNamespace(**ended))
-    return dataset(model, variables, found.coordinates() if known else {}, "covariant")
+    result = OUTPUTS.dataset(values | run_values(model, SimpleNamespace(**ended)), model=model)
+    if "share" in result:
+        result["share"].attrs["norm"] = found.participation.norm
+    return result
 
 
 def _settled(

@@ -82,22 +82,17 @@ class Stretched:
     def leading(self, count: int) -> dict[str, Any]:
         """Values of `batch_means.estimates` and `of_the_section`, of so many exponents."""
         turn = self.turn_period
-        found = batch_means.estimates(*of_the_flow(self, count), turn)
-        found |= of_the_section(self, turn)
-        return {key: value for key, (value, *_) in found.items()}
+        return batch_means.estimates(*of_the_flow(self, count), turn) | of_the_section(self, turn)
 
 
-def of_the_section(run: Stretched, turn: float) -> dict[str, tuple[np.ndarray, str, str]]:
-    """Exponents of the section's map with errors, the largest first: values, units, long name of each.
-
-    `turn` is the length of a turn in s.
-    """
+def of_the_section(run: Stretched, turn: float) -> dict[str, np.ndarray]:
+    """Values of `section_exponents.OUTS`, the largest first; `turn` is the length of a turn in s."""
     found, model = batch_means.estimates(run.rows, run.carried, turn), run.model
     if run.rested:
         vectors = run.logs.stop - run.logs.start
         none = np.full(min(vectors, len(model.state) - model.memories - 1), np.nan)
-        found = {name: (none, *rest) for name, (_, *rest) in found.items()}
-    return {new: (found[old][0], found[old][1], text) for new, (old, text) in section_exponents.NAMES.items()}
+        found = dict.fromkeys(found, none)
+    return {new: found[old] for new, old in section_exponents.OF_THE_FLOW.items()}
 
 
 def of_the_flow(run: Stretched, count: int) -> tuple[np.ndarray, slice]:

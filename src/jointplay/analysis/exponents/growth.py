@@ -20,8 +20,10 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from jointplay.analysis import rules
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import Moving, Settling, Small, analysis
-from jointplay.analysis.labels import coded, described
+from jointplay.analysis.labels import Out
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place, free_states, state_names
 from jointplay.display.errors import Problem
@@ -118,7 +120,38 @@ def _turns_at_all(mechanism: Mechanism | TestSystem) -> None:
     rules.quantity(CrankAngle(), mechanism)
 
 
-@analysis(unresolved, _turns_at_all, rules.turns_alike, deferred=[rules.start_fits], usual={"rtol": RTOL})
+GROWTH = {
+    "growth": Out(
+        (),
+        "mean logarithm of the growth of a difference in a turn",
+        about="an upper bound where a difference shrinks below the accuracy of the run",
+    ),
+    "growth_standard_error": Out((), "standard error of the growth", about="by batch means"),
+}
+BESIDE = GROWTH | {
+    "growth_difference": Out((), "growth less the section map's exponent, in combined standard errors"),
+    "growth_status": Out((), "how the second estimate ended", flags=STATUS),
+}
+OUTPUTS = Outputs(
+    "growth",
+    {"turn": Out("turn", "turn")},
+    GROWTH
+    | {
+        "growth_rate": Out((), "growth of a difference", "s-1"),
+        "growth_of_turn": Out("turn", "logarithm of the growth in this turn"),
+        "status": RUN["status"],
+    },
+)
+
+
+@analysis(
+    unresolved,
+    _turns_at_all,
+    rules.turns_alike,
+    deferred=[rules.start_fits],
+    usual={"rtol": RTOL},
+    outputs=OUTPUTS,
+)
 def growth(
     mechanism: Moving,
     *,
@@ -139,13 +172,6 @@ def growth(
     initial : optional
         As in `lyapunov`; the section is where the motion starts.
 
-    Returns
-    -------
-    xarray.Dataset
-        `growth` (mean logarithm of the growth in a turn) with `growth_standard_error` (batch means),
-        `growth_rate` (s-1), `growth_of_turn` over ``turn``, and ``status``. A difference that shrinks in a
-        turn below the accuracy of the run counts as that accuracy: `growth` is then an upper bound.
-
     Raises
     ------
     InputError
@@ -153,7 +179,8 @@ def growth(
     """
     model = rules.model_for(mechanism, motion["initial"], CrankAngle())
     turn = Turn(model, motion["rtol"], motion["max_steps"])
-    return _dataset(*measure_after(turn, motion["transient"], turns, distance, motion["progress"]))
+    measured = measure_after(turn, motion["transient"], turns, distance, motion["progress"])
+    return OUTPUTS.dataset(_values(*measured))
 
 
 def measure_after(turn: Turn, transient: int, *measured: Any, **more: Any) -> tuple[np.ndarray, float, int]:
@@ -207,20 +234,11 @@ def standard_error(values: np.ndarray, batches: int = BATCHES) -> float:
     return float(means.std(ddof=1) / math.sqrt(batches))
 
 
-def _dataset(logs: np.ndarray, duration: float, status: int) -> xr.Dataset:
-    import xarray as xr
-
+def _values(logs: np.ndarray, duration: float, status: int) -> dict[str, Any]:
     mean = float(logs.mean()) if len(logs) else math.nan
     rate = mean * len(logs) / duration if duration else math.nan
-    variables = {
-        "growth": ((), mean, "1", "mean logarithm of the growth of a difference in a turn"),
-        "growth_standard_error": ((), standard_error(logs), "1", "standard error of the growth"),
-        "growth_rate": ((), rate, "s-1", "growth of a difference"),
-        "growth_of_turn": ("turn", logs, "1", "logarithm of the growth in this turn"),
-    }
-    coords = described({"turn": ("turn", np.arange(len(logs)), "1", "turn")})
-    attributes = {"Conventions": "CF-1.11", "kind": "growth"}
-    return xr.Dataset(described(variables) | {"status": coded((), status)}, coords, attributes)
+    found = {"turn": np.arange(len(logs)), "growth": mean, "growth_standard_error": standard_error(logs)}
+    return found | {"growth_rate": rate, "growth_of_turn": logs, "status": status}
 
 
 def twin(
@@ -238,13 +256,7 @@ def twin(
 
 
 def beside(value: float, error: float, growth: dict[str, Any]) -> dict[str, Any]:
-    """Variables of a growth that checks the section map's largest exponent, and how far it is from that."""
+    """Values of `BESIDE`: a growth that checks the section map's largest exponent, and how far it is away."""
     combined = math.hypot(error, growth["error"])
     apart = (growth["growth"] - value) / combined if combined else math.nan
-    table = {
-        "growth": (growth["growth"], "mean logarithm of the growth of a small difference, per turn"),
-        "growth_standard_error": (growth["error"], "standard error of the growth"),
-        "growth_difference": (apart, "growth less the section map's exponent, in combined standard errors"),
-    }
-    variables = described({key: ((), value, "1", text) for key, (value, text) in table.items()})
-    return variables | {"growth_status": coded((), growth["status"], "how the second estimate ended")}
+    return dict(zip(BESIDE, (growth["growth"], growth["error"], apart, growth["status"]), strict=True))

@@ -17,8 +17,10 @@ import numpy as np
 from pydantic import BeforeValidator
 
 from jointplay.analysis import rules
-from jointplay.analysis.evaluate import dataset, scalars
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import OF_A_MODEL, run_values
 from jointplay.analysis.exponents import batch_means, growth, section_exponents
+from jointplay.analysis.exponents.batch_means import CHAOTIC, ERRORS, FOLLOWING, UNDECIDED, decided
 from jointplay.analysis.exponents.frame_growth import (
     USABLE,
     Stretch,
@@ -29,8 +31,9 @@ from jointplay.analysis.exponents.frame_growth import (
     of_the_section,
 )
 from jointplay.analysis.keywords import Lasting, Moving, analysis
-from jointplay.analysis.labels import coded, described
+from jointplay.analysis.labels import Out
 from jointplay.display.errors import Problem, refuse
+from jointplay.display.number_text import plain, signed
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Positive, unit
 from jointplay.solver.mechanism.model import Model
@@ -43,8 +46,6 @@ from jointplay.solver.motion.ways import FOLLOWED, WAYS
 
 if TYPE_CHECKING:
     import xarray as xr
-
-TRACE = ("lyapunov_trace", "lyapunov_trace_error", "block_time")  # what a run that failed still tells
 
 
 def number_or_all(given: Any) -> Any:
@@ -89,6 +90,94 @@ def _ensemble_fits(
         yield Problem("ensemble", ensemble, expected)
 
 
+def largest(result: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray, str, str]:
+    """The largest exponent and its error, what it is called and per what it counts.
+
+    The section map's where the result has it, else the flow's, whose zero tells nothing.
+    """
+    word, dim = ("section", "multiplier") if "section_exponent" in result else ("lyapunov", "exponent")
+    tail, per = ("_per_turn", "per turn") if f"{word}_exponent_per_turn" in result else ("", "per second")
+    name = "largest exponent of the section map" if word == "section" else "largest exponent of the flow"
+    value, error = (result[f"{word}_{each}{tail}"].isel({dim: 0}) for each in ("exponent", "standard_error"))
+    return value, error, name, per
+
+
+def verdict(result: xr.Dataset) -> xr.DataArray:
+    """The word ``chaotic``, ``stable`` or ``undecided`` of each run."""
+    from xarray import where
+
+    value, error, name, _ = largest(result)
+    words = decided(value, error)
+    if "section_batch_correlation" in result:
+        follows = result["section_batch_correlation"].isel(multiplier=0) > FOLLOWING
+        words = where(follows & (words == CHAOTIC), UNDECIDED, words)
+    if "flow" in name:
+        words = where(words == "stable", "comes to rest", words)
+    return words
+
+
+def answer(result: xr.Dataset) -> str:
+    """The largest exponent and what it says; a second line on what was checked."""
+    value, error, name, per = largest(result)
+    word = str(verdict(result).item())
+    if math.isnan(float(value)):
+        return _at_rest(result) or f"{name}: not known"
+    lines = [f"{name} {signed(float(value), float(error))} {per}: {word}"]
+    if word == UNDECIDED:
+        lines.append(_why(float(value), float(error)))
+    if "growth" in result and math.isfinite(float(result["growth"])):
+        twin = signed(float(result["growth"]), float(result["growth_standard_error"]))
+        apart = abs(float(result["growth_difference"]))
+        away = f": {plain(apart, 2)} standard errors away" if math.isfinite(apart) else ""
+        lines.append(f"without Jacobians, by twin trajectories, {twin} per turn{away}")
+    return "\n".join(lines)
+
+
+def _at_rest(result: xr.Dataset) -> str:
+    """The answer of a motion without a section; empty where the flow's exponent is not known either."""
+    if "lyapunov_exponent" not in result:
+        return ""
+    value, error = (result[f"lyapunov_{each}"].isel(exponent=0) for each in ("exponent", "standard_error"))
+    if math.isnan(float(value)):
+        return ""
+    said = f"largest exponent of the flow {signed(float(value), float(error))} per second"
+    return f"{said}; the motion rests or comes to rest: no section"
+
+
+def _why(value: float, error: float) -> str:
+    if math.isfinite(error) and abs(value) > ERRORS * error:
+        return "batches of the record follow one another, so that its error is too small: take more turns"
+    return f"it does not differ from 0 by {ERRORS} standard errors: take more turns"
+
+
+OUTPUTS = Outputs(
+    "lyapunov",
+    {
+        "exponent": Out("exponent", "number of the exponent"),
+        "multiplier": Out("multiplier", section_exponents.NUMBER),
+    },
+    batch_means.ESTIMATES
+    | batch_means.TRACE
+    | batch_means.SUM_RULE
+    | section_exponents.OUTS
+    | {
+        "turn_period": Out((), "mean period of a turn", "s"),
+        "grazing": Out((), "smallest relative approach to a guard"),
+        "followed": Out((), FOLLOWED, about="in lanes or one by one", flags=WAYS),
+    }
+    | OF_A_MODEL
+    | growth.BESIDE,
+    answer,
+    verdict,
+    shown={
+        "section_exponent_per_turn": "largest exponent of the section's map, per turn",
+        "section_exponent": "largest exponent of the section's map",
+        "lyapunov_exponent_per_turn": "largest Lyapunov exponent per turn",
+        "lyapunov_exponent": "largest Lyapunov exponent",
+    },
+)
+
+
 @beside(exponents=1, error=None, saltation=True, twin_turns=0)
 @analysis(
     rules.length_fits,
@@ -98,6 +187,7 @@ def _ensemble_fits(
     ensemble_fits,
     _ensemble_fits,
     deferred=[rules.start_fits],
+    outputs=OUTPUTS,
 )
 def lyapunov(
     mechanism: Moving,
@@ -136,20 +226,6 @@ def lyapunov(
         exponent, without `error`. If left out, there where sixteen or more go side by side and the structure
         allows it.
 
-    Returns
-    -------
-    xarray.Dataset
-        Of the flow: ``lyapunov_exponent`` and ``lyapunov_standard_error`` (1/s), both also ``…_per_turn``
-        where something turns, over ``exponent``, with ``batch_correlation`` and ``effective_blocks``. Of the
-        section's map, without the flow's zero: ``section_exponent`` and ``section_standard_error``, likewise,
-        over ``multiplier``, with ``section_batch_correlation``. Further ``lyapunov_trace``
-        (running means) and ``lyapunov_trace_error`` over ``block`` and ``exponent``, at ``block_time``;
-        ``turn_period``; ``followed`` (in lanes or one by one); ``sum_residual`` (1/s; of a whole spectrum),
-        ``mean_divergence`` and ``volume_share``: see Notes; ``grazing`` and ``status``. With `twin_turns`:
-        ``growth`` per turn, ``growth_standard_error``, ``growth_difference`` from the section map's largest
-        exponent in combined standard errors; ``growth_status``. Of a run that failed, only the trace up to
-        there; of one that was interrupted and kept (`jointplay run`), the estimates up to there.
-
     Raises
     ------
     InputError
@@ -157,6 +233,9 @@ def lyapunov(
 
     Notes
     -----
+    Of a run that failed there is only the trace up to there; of one that was interrupted and kept (`jointplay
+    run`), the estimates up to there. What is of a second estimate by twins is there with `twin_turns`.
+
     Where nothing outside keeps the time, as with a motor, one exponent of the flow is 0, that along the
     motion, and the largest of a periodic motion tells nothing of its stability. Those of the section's map
     are the others: per turn, of a periodic motion, ln|multiplier|.
@@ -186,49 +265,24 @@ def lyapunov(
         prepare(cut.structure)  # beside the other, which takes longer
     asked = Stretch(request, count, begin), error, saltation, part(motion["progress"], 0.0, share)
     run = in_company(ensemble, partial(grown, model, *asked), followed_together)
-    variables = _variables(run, count)
+    values = _values(run, count)
     if twin_turns and run.status != INTERRUPTED:
         rest = part(motion["progress"], share, 1.0)
         twin = growth.twin(cut, twin_turns, math.ceil(motion["transient"]), motion["max_steps"], rest)
-        leading = (variables[f"section_{name}_per_turn"][1][0] for name in ("exponent", "standard_error"))
-        variables |= growth.beside(*map(float, leading), twin)
+        leading = (values[f"section_{name}_per_turn"][0] for name in ("exponent", "standard_error"))
+        values |= growth.beside(*map(float, leading), twin)
         if twin["status"] == INTERRUPTED:
-            variables["status"] = coded((), INTERRUPTED)
+            values["status"] = INTERRUPTED
     if isinstance(mechanism, TestSystem) and mechanism.period is None:  # nothing turns
-        variables = {
-            key: each for key, each in variables.items() if not key.endswith(("_turn", "turn_period"))
-        }
-    return _dataset(model, variables)
+        values = {key: each for key, each in values.items() if not key.endswith(("_turn", "turn_period"))}
+    return OUTPUTS.dataset(values, model=model)
 
 
-def _variables(run: Stretched, count: int) -> dict[str, Any]:
+def _values(run: Stretched, count: int) -> dict[str, Any]:
     turn, model = run.turn_period, run.model
-    variables = batch_means.variables(*of_the_flow(run, count), turn, len(model.state))
-    section = of_the_section(run, turn)
-    variables |= described({key: ("multiplier", *each) for key, each in section.items()})
-    if run.status not in USABLE:
-        variables = {name: each if name in TRACE else _missing(each) for name, each in variables.items()}
-    variables |= described(
-        {
-            "turn_period": ((), turn, "s", "mean period of a turn"),
-            "grazing": ((), run.grazing, "1", "smallest relative approach to a guard"),
-        }
-    )
-    variables["followed"] = coded((), run.way, FOLLOWED, WAYS)
-    return variables | scalars(model, run)
-
-
-def _missing(variable: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
-    """A variable with NaN for all of its values."""
-    dims, values, attributes = variable
-    return dims, np.full(np.shape(values), np.nan), attributes
-
-
-def _dataset(model: Model, variables: dict[str, Any]) -> xr.Dataset:
-    numbers = {"exponent": ("lyapunov_exponent", "number of the exponent")}
-    numbers |= {"multiplier": ("section_exponent", section_exponents.NUMBER)}
-    coords = {
-        dim: (dim, np.arange(1, len(variables[name][1]) + 1), "1", text)
-        for dim, (name, text) in numbers.items()
-    }
-    return dataset(model, variables, described(coords), "lyapunov")
+    found = batch_means.values(*of_the_flow(run, count), turn, len(model.state)) | of_the_section(run, turn)
+    found = found if run.status in USABLE else OUTPUTS.failed(found)
+    for dim, name in (("exponent", "lyapunov_exponent"), ("multiplier", "section_exponent")):
+        found[dim] = np.arange(1, len(found[name]) + 1)
+    found |= {"turn_period": turn, "grazing": run.grazing, "followed": run.way}
+    return found | run_values(model, run)

@@ -15,6 +15,8 @@ from __future__ import annotations
 
 import math
 
+from jointplay.analysis.exponents import batch_means
+from jointplay.analysis.labels import Out
 from jointplay.solver.codegen import cache
 from jointplay.solver.equations.drives import DRIVES
 from jointplay.solver.equations.structure import Oscillator
@@ -41,14 +43,12 @@ def moves(start: float, end: float) -> bool:
 
 
 _NAME = "exponent of the section's map"
-NAMES = {
-    "section_exponent": ("lyapunov_exponent", f"{_NAME}, over the length of a turn"),
-    "section_standard_error": ("lyapunov_standard_error", f"standard error of the {_NAME}"),
-    "section_exponent_per_turn": ("lyapunov_exponent_per_turn", f"{_NAME}, per turn"),
-    "section_standard_error_per_turn": (
-        "lyapunov_standard_error_per_turn",
-        f"standard error of the {_NAME}, per turn",
-    ),
-    "section_batch_correlation": ("batch_correlation", f"correlation of a batch mean with the next, {_NAME}"),
+OUTS = {
+    "section_exponent": Out("multiplier", f"{_NAME}, over the length of a turn", "s-1"),
+    "section_standard_error": Out("multiplier", f"standard error of the {_NAME}", "s-1"),
+    "section_exponent_per_turn": Out("multiplier", f"{_NAME}, per turn", about="without the flow's zero"),
+    "section_standard_error_per_turn": Out("multiplier", f"standard error of the {_NAME}, per turn"),
+    "section_batch_correlation": Out("multiplier", f"correlation of a batch mean with the next, {_NAME}"),
 }
+OF_THE_FLOW = dict(zip(OUTS, batch_means.ESTIMATES, strict=False))  # what is the same of the flow
 NUMBER = "number of the exponent of the section's map, the largest first"

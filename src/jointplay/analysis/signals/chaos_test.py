@@ -22,8 +22,10 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from jointplay.analysis.declared import RUN, Out, Outputs, values_of
+from jointplay.analysis.declared import Outputs, values_of
+from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import Before, Motion, Moving, Quantity, Share, analysis
+from jointplay.analysis.labels import Out
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits, start_fits
 from jointplay.analysis.signals.observable import MOVED, chosen, named, series, too_few
@@ -72,9 +74,7 @@ OUTPUTS = Outputs(
     {
         "sample": Out("turn", "{name}", "{units}"),
         "chaos_indicator": Out("test_frequency", "K of the 0-1 test"),
-        "chaos_indicator_quartile": Out(
-            "quartile", "quartile of K", shown="median K of the 0-1 test", at={"quartile": 0.5}
-        ),
+        "chaos_indicator_quartile": Out("quartile", "quartile of K", at={"quartile": 0.5}),
         "chaos_indicator_half": Out(
             (), "median of K, first half of the samples", about="how far from settled it is"
         ),
@@ -94,7 +94,8 @@ OUTPUTS = Outputs(
     }
     | RUN,
     answer,
-    verdict="verdict",
+    "verdict",
+    shown={"chaos_indicator_quartile": "median K of the 0-1 test"},
 )
 
 

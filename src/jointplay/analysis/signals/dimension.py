@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 import numpy as np
 from pydantic import AfterValidator
 
-from jointplay.analysis.declared import RUN, Out, Outputs, values_of
+from jointplay.analysis.declared import Outputs, values_of
+from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import Before, Motion, Moving, Quantities, Share, analysis
+from jointplay.analysis.labels import Out
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits, start_fits
 from jointplay.analysis.signals import correlation_sum
@@ -56,7 +58,7 @@ OUTPUTS = Outputs(
         "bound": Out("bound", "end of the range", ""),
     },
     {
-        "correlation_dimension": Out((), NAME, shown=""),
+        "correlation_dimension": Out((), NAME),
         "correlation_dimension_spread": Out(
             (),
             f"spread of the {NAME} over its range",
@@ -74,6 +76,7 @@ OUTPUTS = Outputs(
     }
     | RUN,
     answer,
+    shown={"correlation_dimension": ""},
 )
 
 

@@ -24,8 +24,10 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from jointplay.analysis import rules
-from jointplay.analysis.declared import RUN, Out, Outputs, values_of
+from jointplay.analysis.declared import Outputs, values_of
+from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import Lasting, Moving, Quantity, Text, analysis
+from jointplay.analysis.labels import Out
 from jointplay.analysis.signals.observable import MOVED, chosen, named, series, too_few
 from jointplay.analysis.simulate import simulate
 from jointplay.display.errors import refuse
@@ -78,7 +80,7 @@ OUTPUTS = Outputs(
             about="the true density lies between these multiples of the estimate in 95 of 100 cases",
         ),
         "degrees_of_freedom": Out((), "degrees of freedom of the estimate"),
-        "variance": Out((), "variance of {name}", "{squared}", shown=""),
+        "variance": Out((), "variance of {name}", "{squared}"),
         "parseval_residual": Out((), "integral of the density over variance, less 1"),
         "turn_period": Out((), "mean period of a turn", "s"),
     }
@@ -89,6 +91,7 @@ OUTPUTS = Outputs(
         "n_least": Out((), "samples that so many segments need"),
     },
     answer,
+    shown={"variance": ""},
 )
 
 

@@ -16,25 +16,39 @@ import math
 import time
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Unpack
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import Field
 
 from jointplay.analysis import rules
 from jointplay.analysis.cells import handed_out, warm
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.keywords import JointName, Moving, Plane, Settling, analysis
-from jointplay.analysis.labels import coded, outcome
+from jointplay.analysis.labels import PLANE, Out, ended
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.period import REPEATS
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place
-from jointplay.analysis.states import basin_dataset, start_plane
-from jointplay.analysis.states.basin_uncertainty import PAIRS, Pairs, count_pairs, grid_pairs, is_even
+from jointplay.analysis.states import start_plane
+from jointplay.analysis.states.basin_uncertainty import (
+    DIRECTIONS,
+    PAIRS,
+    Pairs,
+    count_pairs,
+    grid_pairs,
+    is_even,
+    uncertainty_exponent,
+    wilson,
+)
 from jointplay.analysis.states.ends import BAD, Observation, ends, features
 from jointplay.analysis.states.matching import Attractors, match
 from jointplay.analysis.states.start_plane import Starts, axis_values, grid
 from jointplay.analysis.sweeps import quarters
 from jointplay.analysis.sweeps.quarters import Point, refined, standing
+from jointplay.display import codes
+from jointplay.display.number_text import plain, with_error
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.motion.ensemble_runs import ensemble_fits, in_lanes
@@ -48,11 +62,95 @@ TOLERANCE = 1e-3
 BLOCK = 64  # nodes a cell
 HALVINGS = 5  # distances of random pairs: a step of the grid, halved once to five times
 SEED = 4
-FOLLOWED = "how the node's motion was followed"
+NODE_STATUS = (*STATUS, "saddle")  # the run ended well, on a periodic orbit that attracts nothing
+SADDLE = len(STATUS)
+LISTED = 3  # attractors named in a line
 BEYOND = 1e-3  # of 1: a multiplier that differs less may be on the unit circle
 
 
-@analysis(start_plane.plane_fits, rules.start_fits, rules.turns_alike, ensemble_fits)
+def answer(result: xr.Dataset) -> str:
+    """The attractors with their shares of the starts, and the dimension of their boundary."""
+    if not result.sizes["number"]:
+        return "no attractor found"
+    order = np.argsort(-result["fraction"].values, kind="stable")
+    each = [_attractor(result.isel(number=int(i))) for i in order]
+    more = [f"{len(each) - LISTED} more"] if len(each) > LISTED else []
+    name = "1 attractor" if len(each) == 1 else f"{len(each)} attractors"
+    lines = [f"{name}, by their shares of the starts: " + ", ".join(each[:LISTED] + more)]
+    none = float(result["fraction_none"])
+    if none > 0:
+        lines.append(f"{plain(100 * none, 2)} % of the starts reached none{_on_saddles(result)}")
+    if "boundary_dimension" not in result:
+        return "\n".join(lines)
+    boundary, error = (
+        float(result[k]) for k in ("boundary_dimension", "uncertainty_exponent_standard_error")
+    )
+    if math.isfinite(boundary):
+        lines.append(f"boundary of dimension {with_error(boundary, error)} in the plane")
+    return "\n".join(lines)
+
+
+def _on_saddles(result: xr.Dataset) -> str:
+    """How many of the nodes reach orbits that attract nothing."""
+    if "node_status" not in result:
+        return ""
+    count = int(np.sum(codes.words(result["node_status"]).values == "saddle"))
+    return f", {count} of them a periodic orbit that attracts nothing" if count else ""
+
+
+def _attractor(one: xr.Dataset) -> str:
+    period = int(one["period"])
+    percent, error = (100 * float(one[name]) for name in ("fraction", "fraction_standard_error"))
+    share = f"({with_error(percent, error)}) %" if error > 0 else f"{plain(percent, 3)} %"
+    return f"{f'period {period}' if period else 'no period'} {share}"
+
+
+OUTPUTS = Outputs(
+    "basins",
+    {
+        "number": Out("number", "number of the attractor"),
+        "state": Out("state", "state", ""),
+        "axis": Out("axis", "axis of the plane", ""),
+    },
+    {
+        "attractor": Out(PLANE, "attractor that is reached", about="0: none, see ``node_status``"),
+        "node_status": Out(
+            PLANE,
+            "how the node's run ended",
+            about="as ``status``, or ``saddle``: on an orbit that attracts nothing",
+            flags=NODE_STATUS,
+        ),
+        "followed": Out(PLANE, "how the node's motion was followed", flags=WAYS),
+        "period": Out("number", "period in turns; 0: none found"),
+        "count": Out("number", "nodes that reach the attractor"),
+        "fraction": Out(
+            "number", "fraction of the starts that reach the attractor", at={"number": "largest"}
+        ),
+        "fraction_standard_error": Out("number", "binomial standard error of the fraction"),
+        "fraction_low": Out("number", "lower end of the 95 % interval of the fraction"),
+        "fraction_high": Out("number", "upper end of the 95 % interval of the fraction"),
+        "fraction_none": Out((), "fraction of the starts without an attractor"),
+        "section_state": Out(("number", "point", "state"), "states at the section (SI)"),
+        "section_plane": Out(("number", "point", "axis"), "section points, in the units of the plane's axes"),
+    }
+    | quarters.OUTS
+    | {
+        "pair_distance": Out("pair", "distance of a pair, in lengths of the axes"),
+        "pair_count": Out("pair", "pairs"),
+        "uncertain_fraction": Out("pair", "fraction of pairs with different ends"),
+        "uncertain_fraction_standard_error": Out("pair", "standard error of that fraction"),
+        "pair_kind": Out("pair", "where the pairs are", flags=PAIRS),
+        "uncertainty_exponent": Out((), "uncertainty exponent of the basins' boundary"),
+        "uncertainty_exponent_standard_error": Out((), "standard error of the uncertainty exponent"),
+        "boundary_dimension": Out((), "dimension of the boundary in the plane"),
+    }
+    | OUTCOME,
+    answer,
+    shown={"fraction": "fraction of the starts in the largest basin"},
+)
+
+
+@analysis(start_plane.plane_fits, rules.start_fits, rules.turns_alike, ensemble_fits, outputs=OUTPUTS)
 def basins(
     mechanism: Moving,
     *,
@@ -96,25 +194,11 @@ def basins(
     ensemble : bool, optional
         Whether to follow eight motions at once; if left out, where that can be (see `bifurcation`).
 
-    Returns
-    -------
-    xarray.Dataset
-        Over the plane: ``attractor`` (0: none, see ``node_status``; `saddle` where an orbit is reached that
-        attracts nothing); ``followed``, how; with `refine` also
-        ``computed`` and ``refinement_level``. Over ``number``, the
-        attractors: ``period`` (0: none), ``count``, ``fraction``, ``fraction_standard_error``, 95 % interval
-        ``fraction_low`` to ``fraction_high``; ``section_state`` over ``point`` and ``state``, and the same
-        points in the plane, ``section_plane``. Over ``pair``: ``uncertain_fraction`` with its error,
-        ``pair_distance``, ``pair_count``, ``pair_kind``; ``uncertainty_exponent`` and
-        ``boundary_dimension``, with errors. ``status``.
-
     Raises
     ------
     InputError
         Listing everything that makes no sense; numerical trouble is a status instead.
     """
-    import xarray as xr
-
     began, axes = time.perf_counter(), axis_values(plane)
     together = in_lanes(ensemble, mechanism, motion["rtol"], math.prod(map(len, axes.values())))
     settled = motion["transient"], turns, patience, tolerance
@@ -125,30 +209,72 @@ def basins(
     extra, distances = random_pairs(axes, pairs if uncertainty else 0)
     values = np.concatenate([nodes, extra.reshape(-1, 2)])
     if refine:
-        found, told = _adaptive(starts, axes, refine, extra, observation, progress, n_jobs)
+        answers, told = _adaptive(starts, axes, refine, extra, observation, progress, n_jobs)
     else:
-        found, told = _ended(starts, values, observation, progress, n_jobs), {}
-    status, periods, ways, states = found
+        answers, told = _ended(starts, values, observation, progress, n_jobs), {}
+    status, periods, ways, states = answers
     points = [features(starts.model, end) if len(end) else end for end in states]
     sorted_ends, on_saddle = without_saddles(
         match(periods, points, tolerance), states, starts.model, observation
     )
     attractors, on_saddle = _renumbered(sorted_ends, len(nodes)), on_saddle[: len(nodes)]
     labels, status = attractors.labels[: len(nodes)], status[: len(nodes)]
-    table, count = labels.reshape(*map(len, axes.values())), len(attractors.periods)
-    codes = np.where(on_saddle, basin_dataset.SADDLE, status).reshape(table.shape)
-    variables = basin_dataset.plane_variables(tuple(axes), table, codes, count)
-    variables["followed"] = coded(tuple(axes), ways[: len(nodes)].reshape(table.shape), FOLLOWED, WAYS)
-    variables |= basin_dataset.fractions(attractors, len(nodes), int(np.sum(status != BAD)))
-    variables |= basin_dataset.section_points(attractors, states, starts)
-    variables |= told
+    shape, count = tuple(map(len, axes.values())), len(attractors.periods)
+    table, ways = labels.reshape(shape), np.array(ways[: len(nodes)]).reshape(shape)
+    ended_at = np.where(on_saddle, SADDLE, status).reshape(shape)
+    found = {"attractor": table, "node_status": ended_at, "followed": ways} | told
+    found |= _fractions(attractors, len(nodes), int(np.sum(status != BAD)))
+    found |= _section_points(attractors, states, starts)
     if uncertainty:
         rows = grid_pairs(table, tuple(is_even(each) for each in axes.values()))
         rows += _random_rows(attractors.labels[len(nodes) :], distances)
-        variables |= basin_dataset.boundary(rows)
-    variables |= outcome(start_plane.plane_status(status), began)
-    coords = basin_dataset.coordinates(axes, count, starts)
-    return xr.Dataset(variables, coords, {"Conventions": "CF-1.11", "kind": "basins"})
+        found |= _boundary(rows)
+    found |= {"number": np.arange(1, count + 1), "axis": np.array(list(axes), dtype=str)}
+    found |= {"state": np.array(starts.states, dtype=str)} | ended(start_plane.plane_status(status), began)
+    words = {"attractor": ["none", *(f"attractor_{i}" for i in range(1, count + 1))]}
+    return OUTPUTS.dataset(found, plane=starts.axes(axes), words=words)
+
+
+def _fractions(attractors: Attractors, nodes: int, started: int) -> dict[str, Any]:
+    """Periods of attractors, and fractions of the starts that reach them: of the nodes that have a start."""
+    count = np.bincount(attractors.labels[:nodes], minlength=len(attractors.periods) + 1)[1:]
+    fraction = count / started if started else np.full(len(count), np.nan)
+    low, high = wilson(count, started)
+    return {
+        "period": attractors.periods.astype(np.int32),
+        "count": count,
+        "fraction": fraction,
+        "fraction_standard_error": np.sqrt(fraction * (1 - fraction) / started) if started else fraction,
+        "fraction_low": low,
+        "fraction_high": high,
+        "fraction_none": float((started - count.sum()) / started) if started else math.nan,
+    }
+
+
+def _section_points(attractors: Attractors, states: list[np.ndarray], starts: Starts) -> dict[str, Any]:
+    """Section points of one end of each attractor, as states and in the plane; NaN past the last."""
+    shown = [states[i] for i in attractors.shown_by]
+    longest = max(map(len, shown), default=0)
+    points = np.full((len(shown), longest, len(starts.model.state)), np.nan)
+    in_plane = np.full((len(shown), longest, 2), np.nan)
+    for i, end in enumerate(shown):
+        points[i, : len(end)], in_plane[i, : len(end)] = end, starts.projected(end)
+    return {"section_state": points, "section_plane": in_plane}
+
+
+def _boundary(rows: list[Pairs]) -> dict[str, Any]:
+    """Counts of pairs, the uncertainty exponent, and the dimension of the basins' boundary."""
+    slope, error = uncertainty_exponent(rows)
+    return {
+        "pair_distance": np.asarray([row.distance for row in rows]),
+        "pair_count": np.asarray([row.count for row in rows]),
+        "uncertain_fraction": np.asarray([row.fraction for row in rows]),
+        "uncertain_fraction_standard_error": np.asarray([row.error for row in rows]),
+        "pair_kind": [row.kind for row in rows],
+        "uncertainty_exponent": slope,
+        "uncertainty_exponent_standard_error": error,
+        "boundary_dimension": DIRECTIONS - slope,
+    }
 
 
 def _ended(starts, values, observation, progress, n_jobs, before: int = 0, possible: int = 0):
@@ -189,7 +315,7 @@ def _adaptive(starts, axes, levels: int, extra, observation, progress, n_jobs):
     rows = [at[int(each)] for each in place.flat] + [*range(last, len(first[0]))]
     columns = [np.concatenate([each[n] for each in parts])[rows] for n in range(3)]
     states = [end for each in parts for end in each[3]]
-    return (*columns, [states[row] for row in rows]), quarters.told(tuple(axes), computed, level)
+    return (*columns, [states[row] for row in rows]), quarters.told(computed, level)
 
 
 def _alike(tolerance: float, looks: list[tuple[int, int, np.ndarray]]) -> bool:

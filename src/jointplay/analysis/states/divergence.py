@@ -27,7 +27,6 @@ import numpy as np
 
 from jointplay.analysis import rules
 from jointplay.analysis.exponents.growth import STATE, TIME, Turn
-from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.states.start_plane import beyond_a_wall, section_of
@@ -58,8 +57,8 @@ class Divergence:
     seed: int
     max_steps: int | None
 
-    def follow(self, mechanism, initial, progress=None) -> tuple[dict[str, Any], dict[str, Any], int]:
-        """Follow motion and neighbours: variables, coordinates, status."""
+    def follow(self, mechanism, initial, progress=None) -> tuple[dict[str, Any], int]:
+        """Follow motion and neighbours: values, status."""
         model = assemble(mechanism, initial, section_of(mechanism))
         cut = model.structure.section is not None and self.compare != "time"
         crank = crank_place(model) if cut else None
@@ -83,11 +82,10 @@ class Divergence:
                 progress((i + 1) / self.references)
             if status:
                 break
-        turn = np.arange(many) / self.samples_per_turn
-        coords = labelled({"turn": (turn, "1", "turns since the neighbours started")}, "turn")
-        variables = self._variables(distances, ended, times)
-        lost = FAILED if math.isnan(variables["growth"][1]) else 0
-        return variables, coords, int(status or ended.max()) or lost
+        found = {"turn": np.arange(many) / self.samples_per_turn, "neighbour_status": ended}
+        found |= self._values(distances, times)
+        lost = FAILED if math.isnan(found["growth"]) else 0
+        return found, int(status or ended.max()) or lost
 
     def _settled(self, model: Model) -> tuple[np.ndarray, int]:
         """The motion's state after the transient, and the status of the run."""
@@ -141,30 +139,20 @@ class Divergence:
         apart[..., left_out] = 0.0
         return np.linalg.norm(apart, axis=-1)
 
-    def _variables(self, distances: np.ndarray, ended: np.ndarray, times: np.ndarray) -> dict[str, Any]:
+    def _values(self, distances: np.ndarray, times: np.ndarray) -> dict[str, Any]:
         means = np.log(np.maximum(distances, self.rtol)).mean(axis=1)  # the error of runs
         fit, periods = fit_growth(means, self.samples_per_turn), np.diff(times) * self.samples_per_turn
         period = float(periods[np.isfinite(periods)].mean()) if np.isfinite(periods).any() else math.nan
-        rows = {
-            "growth": (fit.growth, "1", "growth of the mean logarithm of the distance in a turn"),
-            "growth_standard_error": (fit.error, "1", "standard error of the growth"),
-            "growth_rate": (fit.growth / period, "s-1", "growth of the mean logarithm of the distance"),
-            "growth_rate_standard_error": (fit.error / period, "s-1", "standard error of the growth rate"),
-            "saturation": (math.exp(fit.level), "1", "distance at which the neighbours stay"),
-        }
-        curves = {
-            "mean_log_distance": (means.mean(axis=0), "1", "mean natural logarithm of the distance"),
-            "fitted_log_distance": (fit.line(means), "1", "logarithm of the distance as fitted"),
-        }
-        distance = {"distance": (distances, "1", "scaled distance from the motion")}
-        ranges = {"fit_turns": (fit.ranges / self.samples_per_turn, "1", "first and last turn of the fit")}
-        statuses = coded(("reference", "neighbour"), ended, "how the neighbour's run ended")
         return {
-            **labelled(rows),
-            **labelled(curves, "turn"),
-            **labelled(distance, ("reference", "neighbour", "turn")),
-            **labelled(ranges, ("reference", "end")),
-            "neighbour_status": statuses,
+            "growth": fit.growth,
+            "growth_standard_error": fit.error,
+            "growth_rate": fit.growth / period,
+            "growth_rate_standard_error": fit.error / period,
+            "saturation": math.exp(fit.level),
+            "mean_log_distance": means.mean(axis=0),
+            "fitted_log_distance": fit.line(means),
+            "distance": distances,
+            "fit_turns": fit.ranges / self.samples_per_turn,
         }
 
 

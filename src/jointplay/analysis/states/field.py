@@ -25,7 +25,6 @@ import numpy as np
 from jointplay.analysis import rules
 from jointplay.analysis.cells import handed_out, warm
 from jointplay.analysis.exponents.growth import Turn
-from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.states.start_plane import Starts, grid, with_crashed
@@ -46,7 +45,7 @@ def field(
     progress: Callable[[float], None] | None = None,
     n_jobs: int | None = None,
 ) -> dict[str, Any]:
-    """Variables of the exponents over the values along the axes of a plane of starts."""
+    """Values of the exponents over the values along the axes of a plane of starts."""
     warm([starts.model])
     cells = starts.cells(grid(axes), BLOCK, turns=turns, rtol=rtol, max_steps=max_steps)
     answers = handed_out(exponents, cells, progress, n_jobs)
@@ -54,14 +53,8 @@ def field(
     shape, names = tuple(map(len, axes.values())), ("growth", "time", "node_status")
     columns = (np.concatenate([each[name] for each in answers]).reshape(shape) for name in names)
     growth, time, status = columns
-    name = "finite-time Lyapunov exponent"
-    rows = {
-        "finite_time_exponent": (growth / time, "s-1", name),
-        "finite_time_exponent_per_turn": (growth / turns, "1", f"{name} per turn"),
-    }
-    number = {"field_turns": (np.int64(turns), "1", "turns of the exponents")}
-    ended = {"node_status": coded(tuple(axes), status, "how the node's run ended")}
-    return labelled(rows, tuple(axes)) | labelled(number) | ended
+    found = {"finite_time_exponent": growth / time, "finite_time_exponent_per_turn": growth / turns}
+    return found | {"field_turns": np.int64(turns), "node_status": status}
 
 
 def exponents(starts: Starts, nodes: np.ndarray, turns: int, rtol: float, max_steps) -> dict[str, Any]:

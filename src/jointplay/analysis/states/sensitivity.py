@@ -5,18 +5,26 @@ The methods are described in `analysis.states.divergence` and `analysis.states.f
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
 
+import numpy as np
+
 from jointplay.analysis import rules
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import OUTCOME
+from jointplay.analysis.exponents.batch_means import decided
 from jointplay.analysis.exponents.growth import unresolved
 from jointplay.analysis.keywords import JointName, Moving, Plane, Settling, Small, analysis
-from jointplay.analysis.labels import outcome
+from jointplay.analysis.labels import PLANE, Out, ended
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.divergence import Divergence
 from jointplay.analysis.states.field import field
 from jointplay.analysis.states.start_plane import Starts, axis_values, plane_fits, plane_status
 from jointplay.display.errors import Problem
+from jointplay.display.number_text import plain, signed
 from jointplay.solver.mechanism.base import Count, Natural, accepts
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.looks import part
@@ -25,6 +33,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NEIGHBOURS = 20
+FINITE = "finite-time Lyapunov exponent"
 DISTANCE = 1e-9
 RTOL = 1e-12  # so that the runs' own errors stay far below the distance
 
@@ -56,6 +65,66 @@ def _transient_fits(neighbours: int | None, plane: Any, transient: int) -> Itera
         yield Problem("transient", transient, "0 is accepted without neighbours: a node is a start")
 
 
+def answer(result: xr.Dataset) -> str:
+    """The growth of a small difference, and the exponents over a plane of starts."""
+    lines = []
+    if "growth" in result:
+        value, error = (float(result[name]) for name in ("growth", "growth_standard_error"))
+        word = decided(result["growth"], result["growth_standard_error"], "it grows", "it shrinks").item()
+        lines.append(
+            f"logarithm of a small difference {signed(value, error)} per turn: {word}"
+            if math.isfinite(value)
+            else "growth not measured: distances grew over fewer than three turns"
+        )
+    if "finite_time_exponent_per_turn" in result:
+        values = result["finite_time_exponent_per_turn"].values
+        known = values[np.isfinite(values)]
+        if known.size:
+            ends = f"from {plain(float(known.min()), 3)} to {plain(float(known.max()), 3)}"
+            share = f"{np.count_nonzero(known > 0)} of {known.size} starts"
+            lines.append(f"finite-time exponents {ends} per turn, above 0 at {share}")
+    return "\n".join(lines)
+
+
+def verdict(result: xr.Dataset) -> xr.DataArray:
+    """Whether differences grow or shrink in each run."""
+    return decided(result["growth"], result["growth_standard_error"], "grows", "shrinks")
+
+
+OUTPUTS = Outputs(
+    "sensitivity",
+    {"turn": Out("turn", "turns since the neighbours started")},
+    {
+        "growth": Out(
+            (),
+            "growth of the mean logarithm of the distance in a turn",
+            about="NaN where distances grew over fewer than three turns beyond the first two",
+        ),
+        "growth_standard_error": Out((), "standard error of the growth"),
+        "growth_rate": Out((), "growth of the mean logarithm of the distance", "s-1"),
+        "growth_rate_standard_error": Out((), "standard error of the growth rate", "s-1"),
+        "saturation": Out(
+            (), "distance at which the neighbours stay", about="NaN where they stay at no level yet"
+        ),
+        "mean_log_distance": Out("turn", "mean natural logarithm of the distance"),
+        "fitted_log_distance": Out(
+            "turn", "logarithm of the distance as fitted", about="NaN outside the range of the fit"
+        ),
+        "distance": Out(("reference", "neighbour", "turn"), "scaled distance from the motion"),
+        "fit_turns": Out(("reference", "end"), "first and last turn of the fit"),
+        "neighbour_status": Out(("reference", "neighbour"), "how the neighbour's run ended", flags=STATUS),
+        "finite_time_exponent": Out(PLANE, FINITE, "s-1"),
+        "finite_time_exponent_per_turn": Out(PLANE, f"{FINITE} per turn"),
+        "field_turns": Out((), "turns of the exponents"),
+        "node_status": Out(PLANE, "how the node's run ended", flags=STATUS),
+    }
+    | OUTCOME,
+    answer,
+    verdict,
+    shown={"growth": ""},
+)
+
+
 @analysis(
     _something_to_do,
     _resolved,
@@ -66,6 +135,7 @@ def _transient_fits(neighbours: int | None, plane: Any, transient: int) -> Itera
     rules.start_fits,
     rules.turns_alike,
     usual={"rtol": RTOL, "transient": 0},
+    outputs=OUTPUTS,
 )
 def sensitivity(
     mechanism: Moving,
@@ -116,39 +186,26 @@ def sensitivity(
     n_jobs : int, optional
         Worker processes for the plane.
 
-    Returns
-    -------
-    xarray.Dataset
-        Of the bundle, over ``reference``, ``neighbour`` and ``turn``: ``distance``, ``neighbour_status``;
-        ``mean_log_distance``, ``fitted_log_distance`` (NaN outside the range of the fit); ``growth`` a turn,
-        ``growth_rate`` (1/s), each with its ``_standard_error``; ``fit_turns``, ``saturation`` (NaN where the
-        distances stay at no level yet). Of the plane, over its coordinates: ``finite_time_exponent`` (1/s),
-        ``finite_time_exponent_per_turn`` and ``node_status``. ``status``: not_converged where growth is NaN,
-        since distances grew over fewer than three turns beyond the first two.
-
     Raises
     ------
     InputError
         Listing everything that makes no sense; numerical trouble is a status instead.
     """
-    import xarray as xr
-
     rtol, initial, limit, progress = (motion[key] for key in ("rtol", "initial", "max_steps", "progress"))
     own = (references, distance, turns, samples_per_turn, motion["transient"], compare, rtol, seed, limit)
     bundle = Divergence(_count(neighbours, plane), *own)
-    began, variables, coords, statuses = time.perf_counter(), {}, {}, []
+    began, found, over, statuses = time.perf_counter(), {}, {}, []
     if bundle.neighbours:
         share = 0.5 if plane is not None else 1.0
-        variables, coords, status = bundle.follow(mechanism, initial, part(progress, 0.0, share))
+        found, status = bundle.follow(mechanism, initial, part(progress, 0.0, share))
         statuses.append(status)
     if plane is not None:
         rest = part(progress, 0.5 if bundle.neighbours else 0.0, 1.0)
         starts, axes = Starts(mechanism, initial, tuple(plane), joint), axis_values(plane)
-        variables |= field(starts, axes, turns, rtol, limit, rest, n_jobs)
-        coords |= starts.axes(axes)
-        statuses.append(plane_status(variables["node_status"][1]))
-    variables |= outcome(max(statuses), began)
-    return xr.Dataset(variables, coords, {"Conventions": "CF-1.11", "kind": "sensitivity"})
+        found |= field(starts, axes, turns, rtol, limit, rest, n_jobs)
+        over = starts.axes(axes)
+        statuses.append(plane_status(found["node_status"]))
+    return OUTPUTS.dataset(found | ended(max(statuses), began), plane=over)
 
 
 def _count(neighbours: Any, plane: Any) -> Any:

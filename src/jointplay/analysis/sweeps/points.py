@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.analysis.exponents import batch_means, section_exponents
 from jointplay.analysis.labels import flags
 from jointplay.jobs.columns import Plain, shared
 from jointplay.jobs.job import Entry
@@ -23,18 +24,13 @@ ATTRIBUTES = {
     "smallest_impact_speed": ("m s-1", "smallest speed at which a contact began"),
     "smallest_missed_gap": ("m", "smallest gap of an approach that missed contact"),
     "mode_word": ("1", "contact modes of the turn, one after another"),
-    "lyapunov_exponent": ("s-1", "Lyapunov exponent"),
-    "lyapunov_standard_error": ("s-1", "standard error of the Lyapunov exponent"),
-    "lyapunov_exponent_per_turn": ("1", "Lyapunov exponent, per turn"),
-    "lyapunov_standard_error_per_turn": ("1", "standard error of the Lyapunov exponent, per turn"),
-    "section_exponent_per_turn": ("1", "exponent of the section's map, per turn"),
-    "section_standard_error_per_turn": ("1", "standard error of the exponent of the section's map, per turn"),
-    "section_batch_correlation": ("1", "correlation of a batch mean with the next"),
     "end_state": ("1", "positions and speeds at the end"),
     "n_steps": ("1", "accepted steps"),
     "followed": ("1", "how the motion was followed"),
     "exponents_followed": ("1", "how the motion was followed while exponents were measured"),
 }
+OUTS = batch_means.ESTIMATES | section_exponents.OUTS
+ATTRIBUTES |= {name: (out.units, out.long_name) for name, out in OUTS.items()}
 COMMENTS = {
     "period": "turns, where the section is a crank angle; 0: none within period_tolerance; -1: not known",
     "mode_word": "f free, r released, + - slip, s stick, c contact; of a test system the walls met",

@@ -14,10 +14,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise, product
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from jointplay.analysis.labels import PLANE, Out
 from jointplay.solver.motion.looks import part
 
 Point = tuple[int, ...]
@@ -100,13 +101,17 @@ def refined(
     return boxes, looks
 
 
-def told(dims: tuple[str, ...], computed: dict[Point, Look], level: np.ndarray) -> dict[str, Any]:
-    """What a dataset says of an adaptive map: which points were computed, and how fine it is where."""
+OUTS = {
+    "computed": Out(PLANE, "1: computed; 0: the nearest computed corner of its box stands for it"),
+    "refinement_level": Out(PLANE, "halvings of the point's box"),
+}
+
+
+def told(computed: dict[Point, Look], level: np.ndarray) -> dict[str, np.ndarray]:
+    """Values of `OUTS`: which points were computed, and how fine the map is where."""
     done = np.zeros(level.shape, dtype=np.int8)
     done[tuple(np.transpose(list(computed)))] = 1
-    own = {"units": "1", "long_name": "1: computed; 0: the nearest computed corner of its box stands for it"}
-    deep = {"units": "1", "long_name": "halvings of the point's box"}
-    return {"computed": (dims, done, own), "refinement_level": (dims, level.astype(np.int8), deep)}
+    return {"computed": done, "refinement_level": level.astype(np.int8)}
 
 
 def _halved(box: Box, table: np.ndarray, alike: Callable[[list[Look]], bool]) -> list[Box]:

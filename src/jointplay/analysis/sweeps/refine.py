@@ -18,7 +18,7 @@ import numpy as np
 
 from jointplay.analysis.cells import Read, Work, answered
 from jointplay.analysis.sweeps.chains import BLOCK, TOGETHER, Chain, Sweep
-from jointplay.analysis.sweeps.quarters import Point, refined, standing, told
+from jointplay.analysis.sweeps.quarters import OUTS, Point, refined, standing, told
 from jointplay.display.errors import Problem
 from jointplay.jobs.job import Entry
 
@@ -96,7 +96,8 @@ def adaptive(
     place, level = standing(shape, boxes, computed)
     own = keys.reshape(-1, *keys.shape[len(shape) :])[place]
     dims = tuple(axis.name for axis in sweep.axes)
-    return list(own.flat), lambda: chain.from_iterable(read() for read in reads), told(dims, computed, level)
+    found = {name: OUTS[name].variable(each, plane=dims) for name, each in told(computed, level).items()}
+    return list(own.flat), lambda: chain.from_iterable(read() for read in reads), found
 
 
 def _jobs(sweep: Sweep, wanted: set[str]) -> list[Chain]:

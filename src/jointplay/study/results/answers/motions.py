@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jointplay.analysis.exponents.batch_means import CHAOTIC, FOLLOWING, decided
 from jointplay.analysis.period import period
 from jointplay.display.number_text import plain
 from jointplay.display.units import measure
 from jointplay.study.results.answers import stretches
-from jointplay.study.results.answers.exponents import CHAOTIC, FOLLOWING, decided
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset

@@ -1,4 +1,4 @@
-"""Answers of periodic orbits, their branches and curves, and basins."""
+"""Answers of periodic orbits, their branches and curves."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from jointplay.analysis.orbits.branch import WHY
 from jointplay.display import codes
-from jointplay.display.number_text import plain, with_error
+from jointplay.display.number_text import plain
 from jointplay.display.units import measure
 
 if TYPE_CHECKING:
@@ -92,43 +92,6 @@ def _special(dataset: Dataset) -> str:
     if grazings := len(kinds) - len(named):
         parts.append(f"{grazings} grazings (an event appears or vanishes)")
     return ", ".join(parts)
-
-
-def basins(dataset: Dataset) -> str:
-    """Return the attractors with their shares of the starts, and the dimension of their boundary."""
-    if not dataset.sizes["number"]:
-        return "no attractor found"
-    order = np.argsort(-dataset["fraction"].values, kind="stable")
-    each = [_attractor(dataset.isel(number=int(i))) for i in order]
-    more = [f"{len(each) - LISTED} more"] if len(each) > LISTED else []
-    name = "1 attractor" if len(each) == 1 else f"{len(each)} attractors"
-    lines = [f"{name}, by their shares of the starts: " + ", ".join(each[:LISTED] + more)]
-    none = float(dataset["fraction_none"])
-    if none > 0:
-        lines.append(f"{plain(100 * none, 2)} % of the starts reached none{_on_saddles(dataset)}")
-    if "boundary_dimension" not in dataset:
-        return "\n".join(lines)
-    boundary, error = (
-        float(dataset[k]) for k in ("boundary_dimension", "uncertainty_exponent_standard_error")
-    )
-    if math.isfinite(boundary):
-        lines.append(f"boundary of dimension {with_error(boundary, error)} in the plane")
-    return "\n".join(lines)
-
-
-def _on_saddles(dataset: Dataset) -> str:
-    """Return how many of the nodes reach orbits that attract nothing."""
-    if "node_status" not in dataset:
-        return ""
-    count = int(np.sum(codes.words(dataset["node_status"]).values == "saddle"))
-    return f", {count} of them a periodic orbit that attracts nothing" if count else ""
-
-
-def _attractor(one: Dataset) -> str:
-    period = int(one["period"])
-    percent, error = (100 * float(one[name]) for name in ("fraction", "fraction_standard_error"))
-    share = f"({with_error(percent, error)}) %" if error > 0 else f"{plain(percent, 3)} %"
-    return f"{f'period {period}' if period else 'no period'} {share}"
 
 
 def curve(dataset: Dataset) -> str:
