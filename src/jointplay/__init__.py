@@ -55,7 +55,7 @@ _HOME = {
 
 @cache
 def _homes() -> dict[str, str]:
-    """Where each public name is: analyses by the rows of their kinds, and what stands above."""
+    """Homes of the public names: analyses by the rows of their kinds, and the names listed above."""
     from jointplay.kinds import KINDS
 
     return {row.home.partition(":")[2]: row.home for row in KINDS.values()} | _HOME

@@ -1,4 +1,4 @@
-"""The kinds of study: one row each holds what the program has to know of a kind beside its keywords.
+"""The kinds of study: a row for each with all that the program knows of a kind but its keywords.
 
 The keywords of a kind, with their types, defaults and rules, are those of its analysis function
 (`analysis.keywords`). To add a kind, write that function and add its row to `KINDS`; a figure of its own is
@@ -98,7 +98,7 @@ class Kind:
 
     @property
     def outputs(self) -> Any:
-        """What the analysis declares that it gives (`analysis.declared`); None where it declares nothing."""
+        """Declared outputs of the analysis (`analysis.declared`); None where it declares none."""
         return getattr(self.function, "outputs", None)
 
     @property
@@ -125,7 +125,7 @@ class Kind:
 
 
 def load(home: str) -> Any:
-    """Import what stands at a place such as ``.analysis.simulate:simulate``."""
+    """Import the object at a place such as ``.analysis.simulate:simulate``."""
     module, _, name = home.partition(":")
     return getattr(import_module(module, __package__), name)
 

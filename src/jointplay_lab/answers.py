@@ -1,4 +1,4 @@
-"""What the laboratory's results say: comparisons of solvers and of schemes, and benchmarks."""
+"""Answers of the laboratory: comparisons of solvers and of schemes, and benchmarks."""
 
 import numpy as np
 import xarray as xr

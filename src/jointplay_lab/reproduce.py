@@ -150,7 +150,7 @@ def reproduce(
 
 
 def _compile(paths: Sequence[Path]) -> None:
-    """Compile in this process what several studies share."""
+    """Compile in this process the code that several studies share."""
     for path in paths:
         with suppress(InputError):  # it says so itself when its turn comes
             compile_for(load(path).record)

@@ -115,7 +115,7 @@ def plain(text: str) -> str:
 
 
 def stands_for(ax: Axes, which: str, dataset: Dataset, known: list[str]) -> tuple[str | None, float]:
-    """Return the coordinate along an axis, told by its label, and the factor to its units."""
+    """Return the coordinate along an axis, found by its label, and the factor to its units."""
     written = {label.replace("\n", " ") for label in labels(ax, which)}
     if "time" in known and (told := written & SECONDS.keys()):
         return "time", SECONDS[told.pop()]

@@ -1,4 +1,4 @@
-"""The part of a page that computes: what its sliders, pictures and solver need of a mechanism."""
+"""The part of a page that computes: data of a mechanism for its sliders, pictures and solver."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ RTOL = 1e-6  # of the page's motions: as those of a coarse study
 
 
 def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str, Any] | None, str]:
-    """Return what a page needs to compute a motion, ready for `packed.text`, or None and why it cannot.
+    """Return the data with which a page computes a motion, ready for `packed.text`; or None, and the reason.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def with_ideal(found: dict[str, Any], mechanism: Mechanism | TestSystem) -> dict
 
 
 def views(mechanism: Mechanism | TestSystem, states: list[str]) -> list[dict[str, Any]]:
-    """Return what is drawn: of a linkage a view of each bearing with clearance, else one plane."""
+    """Return the views to draw: of a linkage one of each bearing with clearance, else one plane."""
     bearings = [joint for joint in getattr(mechanism, "clearance_joints", ()) if not joint.prismatic]
     return [of_bearing(joint) for joint in bearings] or [of_plane(mechanism, states)]
 
@@ -102,7 +102,7 @@ def of_bearing(joint: Joint) -> dict[str, Any]:
 
 
 def of_plane(mechanism: Mechanism | TestSystem, states: list[str]) -> dict[str, Any]:
-    """Return the view of what has no bearing: two states of a test system, angle and speed of a link."""
+    """Return the view of a mechanism without bearings: two states of a system, angle and speed of a link."""
     if isinstance(mechanism, TestSystem):
         names = (states * 2)[:2]
         pair = [["state_value", name] for name in names]

@@ -56,7 +56,7 @@ def moving(dataset: Dataset, mechanism: Mechanism | None) -> tuple[dict[str, Any
 
 
 def scene(mechanism: Mechanism) -> dict[str, Any]:
-    """Return what stays: where on each link its ends and joints are, and the joints."""
+    """Return the fixed part of a scene: places of ends and joints on each link, and the joints."""
     pins = [pin for joint in mechanism.joints for pin in (joint.journal, joint.bearing)]
     sliding = {joint.journal.link for joint in mechanism.joints if joint.prismatic}  # drawn as blocks
     along = {

@@ -33,7 +33,7 @@ ROOM = 1_800_000  # bytes of all numbers of a page: in base64, with pictures and
 
 @dataclass(frozen=True)
 class Content:
-    """What a page shows.
+    """Content of a page.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def report(
     *,
     mechanism: Annotated[Mechanism | None, accepts("a mechanism")] = None,
 ) -> list[Path]:
-    """Write a result as one HTML page that needs no network, and its picture as a PNG file beside it.
+    """Write a result as one HTML page that needs no network, and its picture as a PNG file.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def written(path: Path, text: str) -> Path:
 
 
 def content_of(dataset: Dataset, mechanism: Mechanism | None) -> Content:
-    """Gather what the page of a result shows."""
+    """Gather the content of a result's page."""
     origin = provenance.read(dataset)
     study = origin.get("study") if isinstance(origin.get("study"), dict) else {}
     with suppress(InputError):  # another version's record: a page without motion, which it says
@@ -142,7 +142,7 @@ def content_of(dataset: Dataset, mechanism: Mechanism | None) -> Content:
 
 
 def amid(mechanism: Mechanism | TestSystem, dataset: Dataset, keys: list[str]) -> Mechanism | TestSystem:
-    """Return what moves in the middle of a sweep, from where sliders reach most of its points."""
+    """Return the mechanism in the middle of a sweep, from which sliders reach most of its points."""
     middle = {}
     for name in sweep_points.parameters(dataset):
         if dataset[name].dtype.kind not in "fiu":
@@ -206,7 +206,7 @@ def html(content: Any, answer: Summary, *still: Path) -> str:
 
 
 def section(number: int, kind: str, svg: str) -> str:
-    """Return a picture with its heading, and the places of what a pointer is at and of the way back."""
+    """Return a picture with its heading, a place for the pointer's reading, and a button for the way back."""
     head = escape(kind.replace("_", " ").capitalize())
     svg = svg.replace("<svg ", f'<svg role="img" aria-label="{head}" ', 1)
     back = f'<button type="button" id="whole{number}" hidden>Whole picture</button>'
@@ -263,7 +263,7 @@ def point_charts(number: int, view: dict[str, Any]) -> str:
 
 
 def motion_section(content: Any) -> str:
-    """Return the stage of the mechanism in motion, and what the page has not, and why."""
+    """Return the stage of the mechanism in motion, and a note on missing parts."""
     note = f'<p class="note">{escape(content.note)}</p>' if content.note else ""
     if not content.motion:
         return note

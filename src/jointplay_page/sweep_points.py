@@ -38,7 +38,7 @@ def parameters(dataset: Dataset) -> list[str]:
 
 
 def cells(dataset: Dataset, study: dict[str, Any], room: int) -> dict[str, Any] | None:
-    """Return what a page needs of a sweep's cells, ready for `packed.text`; None where there is no sweep.
+    """Return the data of a sweep's cells for a page, ready for `packed.text`; None where there is no sweep.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def is_long(data: Dataset | DataArray, dim: str) -> bool:
 
 
 def curves(dataset: Dataset, grid: list[str], stored: int) -> tuple[list[dict[str, Any]], str]:
-    """Return the charts of each cell's points and curves, so many values, and a note of what is thinned."""
+    """Return the charts of each cell's points and curves, so many values, and a note on thinning."""
     over = [each for each in dataset.data_vars.values() if set(grid) <= set(each.dims)]
     inner = {str(dim) for each in over for dim in each.dims if is_long(each, str(dim))} - set(grid)
     if not inner:

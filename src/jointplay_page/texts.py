@@ -82,7 +82,7 @@ def again(record: dict[str, Any]) -> str:
 
 
 def changes(record: dict[str, Any]) -> list[str] | None:
-    """Return by what a run differs from the text of its study, as ``analysis.turns = 6``; None if unknown."""
+    """Return the changes of a run to the text of its study, as ``analysis.turns = 6``; None if unknown."""
     try:
         table = toml_text.parse(str(record.get("study_text", "")))
         written = validate({"name": record["study"]["name"]} | table).model_dump(mode="json")
@@ -95,7 +95,7 @@ def changes(record: dict[str, Any]) -> list[str] | None:
 
 
 def leaves(node: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the paths and values of what tables and lists hold."""
+    """Yield the paths and values of the entries of tables and lists."""
     if isinstance(node, dict | list):
         pairs = node.items() if isinstance(node, dict) else ((f"[{i}]", each) for i, each in enumerate(node))
         for key, each in pairs:

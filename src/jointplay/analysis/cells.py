@@ -126,7 +126,7 @@ class Beside:
         return self
 
     def left(self, done: Container[str], _: Mapping[str, Entry]) -> Beside | None:
-        """Give what is to run still."""
+        """Give the unfinished cells; None if all are finished."""
         rest = tuple(cell for cell in self.own if cell.key not in done)
         return Beside(rest) if rest else None
 

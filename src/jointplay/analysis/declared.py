@@ -1,4 +1,4 @@
-"""What an analysis gives, declared once beside it.
+"""Outputs of an analysis, declared once, next to it.
 
 A result's dataset, the values of a run that failed, the answer in words, the figure of a sweep, the `Returns`
 of the docstring and the table of the documentation follow from the declaration.

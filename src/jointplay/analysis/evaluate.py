@@ -1,4 +1,4 @@
-"""Labelled quantities, evaluated from records of states, and what every dataset of a run holds."""
+"""Labelled quantities, evaluated from records of states, and variables that every dataset of a run holds."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class Quantities:
         return whole
 
     def labels(self, of: str | None) -> tuple[str, ...]:
-        """Labels of what a quantity is of."""
+        """Labels of the links, joints or states of a quantity, by the kind of part that it is of."""
         model = self.model
         labels = {"link": model.links, "bending": model.bending, "joint": model.joints, "pin": model.pins}
         labels |= {"guide": model.guides, "guided": model.pins, "state": model.states}
@@ -133,7 +133,7 @@ class Quantities:
 
     @staticmethod
     def _taken_in(works: dict[str, np.ndarray]) -> np.ndarray:
-        """What works add to the mechanical energy."""
+        """Sum of the works, each with the sign with which it adds to the mechanical energy."""
         return sum(sign * works[name] for name, sign in WORK.values() if name in works)
 
     @property
@@ -240,7 +240,7 @@ def dataset(
 
 
 def on_joints(dataset: xr.Dataset) -> xr.Dataset:
-    """Put what prismatic joints have along ``joint``, after the joints with clearance.
+    """Put the variables of prismatic joints along ``joint``, after the joints with clearance.
 
     What only joints with clearance have is not a number there; an ideal joint has clearance 0 and touches.
     """

@@ -89,7 +89,7 @@ def analysis(
 
 
 def _signed(function: Callable[P, T]) -> Callable[P, T]:
-    """Write into a dataset what it was computed of, how accurately, and by what."""
+    """Write the mechanism, the tolerance and the program's version into an analysis's dataset."""
 
     @wraps(function)
     def call(*values: P.args, **keywords: P.kwargs) -> T:
@@ -140,7 +140,7 @@ def _travel(
     windows: Any = None,
     at: Any = None,
 ) -> float:
-    """How far a crank of imposed speed goes in a run of such a length, rad; a turn where nothing says it."""
+    """Angle that a crank of imposed speed turns through in such a run, rad; a turn without a length."""
     turn = math.tau / abs(drive.nominal_speed)  # s
     ends = [max(at)] if at else [windows[-1][1] * turn] if windows else []
     ends += [turns * turn] if turns is not None else [duration] if duration is not None else []
@@ -151,7 +151,7 @@ def _travel(
 
 
 def doubts(mechanism: Any, initial: Any = None, section: Any = None) -> Iterator[Problem]:
-    """Yield what keywords that are right by themselves probably do not mean (`mechanism.plausible`)."""
+    """Yield doubts about keywords that are right by themselves (`mechanism.plausible`)."""
     linkage = isinstance(mechanism, Mechanism)
     placed = linkage and isinstance(initial, Mapping) and "angle" in initial
     apart = journal_distances(mechanism, initial) if placed else None
@@ -166,7 +166,7 @@ def _warned(arguments: dict[str, Any]) -> None:
 
 
 class Initial(Record):
-    """Where a linkage starts: the ideal mechanism's position and speeds at a crank angle, or as written out.
+    """Start of a linkage: the ideal mechanism's position and speeds at a crank angle, or as written out.
 
     Parameters
     ----------
@@ -284,7 +284,7 @@ Progress = Annotated[
 
 
 class Integration(TypedDict, total=False):
-    """How equations of motion are integrated.
+    """Settings of the integration of the equations of motion.
 
     Parameters
     ----------

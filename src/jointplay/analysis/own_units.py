@@ -1,4 +1,4 @@
-"""Values with a unit in keywords whose unit the mechanism decides: what varies, starts, sections' levels."""
+"""Values with a unit in keywords whose unit the mechanism decides: parameters, starts, sections' levels."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FOLLOWED = "clearance"  # the parameter along which a continuation goes if none 
 
 
 def in_own_units(mechanism: Any, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Give keywords with such texts in SI units; what is wrong with one stands in its place, as `Refused`.
+    """Convert values with units in keywords into SI units; a wrong one becomes a `Refused`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What an interrupted run gives within a second: of very many samples every n-th one."""
+"""Partial results of an interrupted run, within a second: of very many samples every n-th one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Accelerations of recorded states, also where the motion's own steps pass over what they depend on.
+"""Accelerations of recorded states, also where the motion's own steps are too coarse for them.
 
 An acceleration amplifies the error of a state by the fastest rate of the equations: by 10^6 per second at the
 motor's line. Where friction turns over, that line answers within microseconds; a step of the motion passes

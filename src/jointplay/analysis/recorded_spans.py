@@ -1,4 +1,4 @@
-"""What holds for whole spans of a motion, whatever is sampled: contacts, share of contact, largest sizes.
+"""Properties of whole spans of a motion, at any sampling: contacts, share of contact, largest sizes.
 
 Contacts are those of the integrator's list of events. Largest sizes are those at the integrator's own points,
 both sides of every event, and at even times that depend on the spans alone, with a parabola through the top.
@@ -46,7 +46,7 @@ def evenly(begin: float, end: float, count: int) -> np.ndarray:
 
 
 def between(steps: np.ndarray, period: float) -> np.ndarray:
-    """Which of the integrator's points tell what even times may miss: sides of events, ends of short steps.
+    """Mask of the integrator's points that even times may miss: sides of events, ends of short steps.
 
     Along a step that is longer than two of their distances a motion is smooth, and the parabola has the top.
     """

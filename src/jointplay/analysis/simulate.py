@@ -58,7 +58,7 @@ def _length_fits(turns: float | None, duration: float | None, windows: Windows |
 def _within_the_run(
     mechanism: Mechanism | TestSystem, turns: float | None, duration: float | None, transient: float, at: Any
 ) -> Iterator[Problem]:
-    """Yield a problem for the first sample that is asked for after the end of the run."""
+    """Yield a problem for the first sample after the end of the run."""
     if at is None or (turns is None) == (duration is None):
         return
     try:

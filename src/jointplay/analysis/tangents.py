@@ -38,7 +38,7 @@ def scales(model: Model) -> np.ndarray:
 
 
 def measures(model: Model) -> np.ndarray:
-    """The same for growth: infinite of what groups of loops remember, since it follows from the rest."""
+    """Scales of the states for growth: infinite for memories of loop groups, which follow from the rest."""
     found = scales(model)
     found[len(found) - model.guesses :] = np.inf
     return found
@@ -132,7 +132,7 @@ class Bundle:
 
     @property
     def full(self) -> int:
-        """What `advance` gives back when the rows are full."""
+        """Number that `advance` gives back when the rows are full."""
         from jointplay.solver.method.control import FULL
 
         return FULL
@@ -149,7 +149,7 @@ class Bundle:
 
     @property
     def carried(self) -> slice:
-        """Those of them that are not the motion's own direction."""
+        """The logarithms' columns of all directions but the motion's own."""
         return slice(self.logs.start + self.neutral, self.logs.stop)
 
     @property
@@ -179,7 +179,7 @@ class Bundle:
 
     @property
     def recorded(self) -> np.ndarray:
-        """Where the run stands, as a record's row: time, positions, speeds, modes, works."""
+        """Present state of the run, as a record's row: time, positions, speeds, modes, works."""
         return np.concatenate([self.x.s[: 1 + len(self.x.absolute)], self.x.modes, self.x.work])
 
     @property
@@ -226,7 +226,7 @@ def rate(structure: Linkage | Oscillator, k, x, o) -> np.ndarray:
 
 
 def _rows(structure: Linkage | Oscillator, k, x) -> np.ndarray:
-    """What the equations give where a run stands, by lane row."""
+    """Values of the equations at the present state of a run, by lane row."""
     from jointplay.solver.method.modes import mask, variant_of
 
     module, w = cache.structure_module(structure), np.zeros_like(k.w)
@@ -237,5 +237,5 @@ def _rows(structure: Linkage | Oscillator, k, x) -> np.ndarray:
 
 
 def warm_tangents(model: Model) -> None:
-    """Compile what the tangents of a model need, so that worker processes find it on the disk."""
+    """Compile the code that the tangents of a model need, so that worker processes find it on the disk."""
     Bundle(model, Request(1e-9 * model.period, max_steps=1), np.eye(len(model.state))).advance()

@@ -71,7 +71,7 @@ def at_largest(mechanism: Mechanism | TestSystem, over: Any) -> Mechanism | Test
 
 
 def axes(mechanism: Mechanism | TestSystem, over: Any, root: str = "over") -> tuple[Axis, ...]:
-    """Check what is to be varied.
+    """Check the parameters to vary, with their values.
 
     Parameters
     ----------

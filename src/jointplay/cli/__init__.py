@@ -1,4 +1,4 @@
-"""The command line: what goes wrong becomes a message and an exit code."""
+"""The command line: errors become a message and an exit code."""
 
 import _thread
 import atexit
@@ -150,7 +150,7 @@ def _interrupts() -> Iterator[list[bool]]:
 
 
 class _Version(Action):
-    """Look the version up only when it is asked for."""
+    """Look the version up only when the option is used."""
 
     def __call__(self, parser, *_):
         from importlib.metadata import version

@@ -153,7 +153,7 @@ def merge_study(arguments: Namespace) -> int:
 
 @verb("plan", STUDY, OUT, JOBS, CHANGE, example=f"{SWEEP} --jobs 8")
 def plan_study(arguments: Namespace) -> int:
-    """Say what a study would compute: how many cells, side by side or not, how long, how much."""
+    """Estimate a study without running it: number of cells, parallel work, duration, size of the result."""
     from jointplay.jobs.pool import check_jobs
     from jointplay.study.plan import plan
 
@@ -165,7 +165,7 @@ def plan_study(arguments: Namespace) -> int:
 
 @verb("status", STUDY, OUT, CHANGE, example=SWEEP)
 def show_status(arguments: Namespace) -> int:
-    """Say where a study stands: what is finished, what failed, whether it runs, whose result there is."""
+    """Show the state of a study: finished and failed cells, whether it runs, and the stored result."""
     from jointplay.study.file import load
     from jointplay.study.plan import status
 
@@ -198,14 +198,14 @@ def reproduce_paper(arguments: Namespace) -> int:
 
 
 def loaded(arguments: Namespace):
-    """The study of the arguments; what is probably meant otherwise is said on standard error."""
+    """Load the study of the arguments; print doubts about it on standard error."""
     from jointplay.study.file import load
 
     return _doubted(load(arguments.study, arguments.set))
 
 
 def _doubted(study):
-    """The study; what is probably meant otherwise is said on standard error."""
+    """Print doubts about a study on standard error, and give it back."""
     for doubt in study.record.doubts():
         print(f"warning {doubt}", file=sys.stderr)
     return study

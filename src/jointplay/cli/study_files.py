@@ -34,7 +34,7 @@ def new_study(arguments: Namespace) -> int:
 
 @verb("check", STUDY, CHANGE, example="studies/quickstart.toml")
 def check_study(arguments: Namespace) -> int:
-    """Validate a study file and say what it asks for; compute nothing."""
+    """Validate a study file and summarise it; compute nothing."""
     print(loaded(arguments).record.summary())
     return DONE
 

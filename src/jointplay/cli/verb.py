@@ -1,4 +1,4 @@
-"""What a verb of the command line is: a function of its arguments, with its options and an example."""
+"""Verbs of the command line: functions of their arguments, with options and an example."""
 
 from argparse import Namespace
 from collections.abc import Callable
@@ -12,7 +12,7 @@ Option = tuple[tuple[str, ...], dict[str, Any]]
 
 
 class Verb(NamedTuple):
-    """A verb: what it does, its options as arguments of `add_argument`, and an example of them."""
+    """A verb: its function, its options as arguments of `add_argument`, and an example of them."""
 
     function: Callable[[Namespace], int]
     options: tuple[Option, ...]

@@ -1,4 +1,4 @@
-"""Errors of pydantic in plain English: what would be accepted is read from the model's fields.
+"""Errors of pydantic in plain English, with the accepted values read from the model's fields.
 
 Nouns and units come from a field's description and its `units`; limits from its constraints.
 """
@@ -98,7 +98,7 @@ def _wrong_kind(key: str, spot: _Spot, given: Any, context: Mapping[str, Any]) -
 
 
 def _walk(location: Iterable[Any], spot: _Spot, key: str) -> tuple[str, _Spot]:
-    """Follow a pydantic location from a model; leave out what only names a member of a union."""
+    """Follow a pydantic location from a model, leaving out mere names of members of a union."""
     for element in location:
         spot, shown = spot.step(element)
         if shown:
@@ -151,7 +151,7 @@ class _Spot:
         return [name for member in _members(self.annotation) for name in _fields(_bare(member))]
 
     def accepted(self, given: Any = NOTHING) -> str:
-        """Say what is accepted here; empty if the model does not determine it."""
+        """Describe the accepted values; empty if the model does not determine them."""
         extra = self._description
         bare = [_bare(member) for member in _members(self.annotation)]
         if "accepts" in extra:

@@ -30,7 +30,7 @@ def descriptions(documented: Any) -> dict[str, str]:
 
 
 def with_parameters(doc: str | None, *more: type) -> str:
-    """A docstring whose parameters are followed by those of classes, but for what it describes itself."""
+    """A docstring extended by the parameters of classes, except any that it describes itself."""
     text = cleandoc(doc or "")
     known, told = {*_parameters(text)}, ""
     for names, kind, about in (each for one in more for each in _paragraphs(getdoc(one) or "")):
@@ -43,7 +43,7 @@ def with_parameters(doc: str | None, *more: type) -> str:
 
 
 def with_returns(doc: str | None, given: str) -> str:
-    """A docstring that says, before what is raised, which dataset is returned."""
+    """A docstring with a section `Returns` on a dataset, put before `Raises`."""
     before, gap, rest = cleandoc(doc or "").partition("\n\nRaises\n------\n")
     lines = textwrap.indent(given, "    ", lambda line: True)
     return f"{before}\n\nReturns\n-------\nxarray.Dataset\n{lines}{gap}{rest}"

@@ -1,4 +1,4 @@
-"""Errors in what a user gave: every problem at once, with its key path, the value and what is accepted.
+"""Errors in a user's input: every problem at once, with its key path, its value and the accepted ones.
 
 Only the standard library is imported here, so that the command line can start and fail fast; pydantic's
 errors and models are read by their attributes alone.
@@ -74,7 +74,7 @@ class Problem:
 
 
 class InputError(ValueError):
-    """The input is wrong; `problems` lists what is wrong with it, and its text the first hundred of that.
+    """The input is wrong; `problems` lists every problem, and the text the first hundred of them.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class InputError(ValueError):
 
     @property
     def count(self) -> int:
-        """How many problems there are."""
+        """Number of problems."""
         return len(self.problems) + self.more
 
     def __str__(self) -> str:
@@ -110,7 +110,7 @@ class InputError(ValueError):
 
 
 class ModelWarning(UserWarning):
-    """A result is computed, but lies beyond what its model describes."""
+    """A result is computed, but lies beyond the range that its model describes."""
 
 
 def warn(text: str) -> None:

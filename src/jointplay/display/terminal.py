@@ -54,7 +54,7 @@ class Harmless:
 
 @contextmanager
 def harmless_output() -> Iterator[None]:
-    """Replace control characters in what the block or the function prints."""
+    """Replace control characters in the output of the block or the function."""
     streams = ((redirect_stdout, sys.stdout), (redirect_stderr, sys.stderr))
     with ExitStack() as redirected:
         for redirect, stream in streams:
@@ -71,7 +71,7 @@ def asked_for(
 
 
 class Progress(logging.Handler):
-    """How far a run is: a bar on a terminal, a few lines in a log. A callable, used in a ``with`` block.
+    """Progress of a run: a bar on a terminal, a few lines in a log. A callable, used in a ``with`` block.
 
     What the package logs meanwhile, as that something is compiled, is shown too, the same line once.
 
@@ -104,7 +104,7 @@ class Progress(logging.Handler):
         return self
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Show what is logged."""
+        """Show a logged message."""
         line = record.getMessage()
         if line in self.lines or self.stream is None:
             return

@@ -36,7 +36,7 @@ SPELLINGS = {
 
 
 class Shown(NamedTuple):
-    """A unit on an axis: its symbol, and what stored values are multiplied by."""
+    """A unit on an axis: its symbol, and the factor from stored values to it."""
 
     symbol: str
     factor: float

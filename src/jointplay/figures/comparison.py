@@ -111,7 +111,7 @@ def headings(places: Sequence[SubFigure]) -> list[list[str]]:
 
 
 def once(rows: Sequence[Sequence[Axes]]) -> None:
-    """Label what rows have in common once: the upper axis and titles above, the lower axis below."""
+    """Label the common axes of rows once: the upper axis and titles above, the lower axis below."""
     for row in rows:
         for ax in row:
             ax.tick_params(labelleft=True)

@@ -1,4 +1,4 @@
-"""The figures by name, and what each needs; a file that marks its function by `picture` adds it.
+"""The figures by name, and their requirements; a file that marks its function by `picture` adds it.
 
 A figure is a function from a dataset and options, by keyword, to a matplotlib Figure; each has a file here.
 """

@@ -1,1 +1,1 @@
-"""Many computations side by side: workers, and what they have finished."""
+"""Many computations side by side: workers, and the journal of finished ones."""

@@ -1,4 +1,4 @@
-"""Datasets of cells as columns: what cells have in common is kept once, beside their values.
+"""Datasets of cells as columns: their common parts are kept once, apart from their values.
 
 The datasets of a sweep's cells differ in their values and, now and then, in their sizes. So an answer holds
 its values, and a layout (names, dimensions, attributes) that it shares with every other answer of the same.

@@ -44,7 +44,7 @@ def beside(path: Path) -> Path:
 
 
 def clear_leftovers(path: Path) -> None:
-    """Remove what killed processes have left of a file under its temporary names.
+    """Remove the temporary files that killed processes have left of a file.
 
     A file system may be shared with other machines, whose processes are not seen here: what was written to a
     moment ago stays.

@@ -100,7 +100,7 @@ def _frame(part: Path, head: bytes, body: bytearray) -> Frame | None:
 
 
 def _next_frame(file: BinaryIO, start: int) -> int:
-    """Where the next frame may begin; -1 if there is none."""
+    """Offset at which the next frame may begin; -1 if there is none."""
     with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
         return content.find(MAGIC, start)
 

@@ -1,4 +1,4 @@
-"""What workers run: jobs, each of one cell, or of several that run one after another.
+"""Jobs of workers: one cell each, or several that run one after another.
 
 In a job of several cells each may start from where the one before it ended.
 """
@@ -31,7 +31,7 @@ def _plain(value: Any) -> Any:
 
 
 class Notes(Protocol):
-    """Where a job writes its progress and its answers."""
+    """Notes in which a job keeps its progress and its answers."""
 
     def begin(self, key: str) -> None:
         """Note that a cell begins."""
@@ -80,7 +80,7 @@ class Kept:
 
 
 def redone(jobs: Sequence[Job], index: Mapping[str, int]) -> set[str]:
-    """Keys of the cells that are to run again: those that crashed, and what follows them in a chain."""
+    """Keys of the cells to run again: crashed ones, and the ones after them in a chain."""
     done = {key for key, status in index.items() if status != CRASHED}
     again = index.keys() - done
     for keys in (keys for job in jobs for keys in job.chains):

@@ -49,7 +49,7 @@ class Journal:
 
     @contextmanager
     def held(self, fresh: bool = False) -> Iterator[Journal]:
-        """Hold the journal for writing; `fresh`: drop what is in it.
+        """Hold the journal for writing; `fresh`: drop its content.
 
         `InputError` where another run holds it, or other code wrote it.
         """
@@ -103,7 +103,7 @@ class Journal:
             raise InputError([Problem("journal", str(self.folder), expected)])
 
     def other_code(self) -> str | None:
-        """What is accepted, where other code wrote the journal; None if this did, or if there is none."""
+        """Message on a journal that other code wrote; None if this code did, or if there is none."""
         found, own = self.header(), _code()
         if not self.folder.exists() or all(found.get(key) == own[key] for key in ("code", "format")):
             return None
@@ -130,7 +130,7 @@ class Journal:
         return sum(int(match[1]) for match in matches if match)
 
     def index(self) -> dict[str, int]:
-        """Status of each finished cell by its key; what is damaged is left out, and named in `damaged`."""
+        """Status of each finished cell by its key; damaged parts are left out, and named in `damaged`."""
         index: dict[str, int] = {}
         for frame in self._sound():
             index |= {key: status for key, status in frame.index.items() if key not in index}
@@ -150,7 +150,7 @@ class Journal:
         return dict(self.answers(keys))
 
     def remaining(self, jobs: Sequence[Job], index: Mapping[str, int] | None = None) -> list[Job]:
-        """What is left to run of some jobs, by the journal's `index` where it is known already."""
+        """Unfinished rest of some jobs, by the journal's `index` where it is known already."""
         chained = [key for job in jobs if len(job.keys) > 1 for key in job.keys]
         answers = self.load(chained) if chained else {}
         return remaining(jobs, self.index() if index is None else index, answers)
@@ -200,7 +200,7 @@ class Journal:
                 yield body_of({key: entry for key, entry in frame.answers() if key in mine}, frame.origin)
 
     def keep_only(self, keys: Iterable[str]) -> None:
-        """Make one part of what is there, without the cells of other keys and what is damaged.
+        """Make one part of all parts, without the cells of other keys and without damaged frames.
 
         Parts of other code stay, as they are not this code's to drop.
         A run that is killed here leaves cells twice, with the same answers, or some that it meant to drop.

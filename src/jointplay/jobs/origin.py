@@ -31,7 +31,7 @@ class Origin(NamedTuple):
 
 @lru_cache(maxsize=1)
 def code() -> str:
-    """Digest of all code that decides what a cell answers: kernels, analyses, the laboratory, mechanisms."""
+    """Digest of all code that decides a cell's answer: kernels, analyses, the laboratory, mechanisms."""
     total = hashlib.sha256(cache.digest().encode())
     for folder in FOLDERS:
         for path in sorted((PACKAGE.parent / folder).rglob("*.py")):
@@ -40,7 +40,7 @@ def code() -> str:
 
 
 def own() -> Origin:
-    """The origin of what this process computes."""
+    """Origin of the answers that this process computes."""
     return Origin(code(), processor())
 
 
@@ -60,7 +60,7 @@ def environment() -> dict[str, str]:
 
 @lru_cache(maxsize=1)
 def processor() -> str:
-    """The kind of processor that kernels are compiled for: its name, and a digest of what it can do.
+    """The kind of processor that kernels are compiled for: its name, and a digest of its features.
 
     NUMBA_CPU_NAME and NUMBA_CPU_FEATURES are heeded.
     """

@@ -121,7 +121,7 @@ def _follow(parent: int) -> None:
 
 @contextmanager
 def safe_path() -> Iterator[None]:
-    """Keep the current folder, and what lies in it, off the path of workers that start inside."""
+    """Keep the current folder and its content off the path of workers that start inside."""
     before = os.environ.get("PYTHONSAFEPATH")
     os.environ["PYTHONSAFEPATH"] = "1"
     try:

@@ -174,7 +174,7 @@ class Cluster:
         return suspects
 
     def _alone(self, job: Job) -> list[Job]:
-        """Run a job cell by cell until its time is up or a cell crashed; return what is left of it."""
+        """Run a job cell by cell until its time is up or a cell crashed; return the rest of it."""
         end, left = time.monotonic() + LIMIT, [job]
         while left:
             key = left[0].keys[0]

@@ -38,7 +38,7 @@ class Table(MutableMapping[str, T]):
 
     @property
     def broken(self) -> dict[str, str]:
-        """Why entry points cannot be loaded, by what they are called."""
+        """Reasons why entry points cannot be loaded, by their names."""
         self._ask()
         return self._broken
 

@@ -1,1 +1,1 @@
-"""Studies: a file that says what to compute, the run, and the stored result."""
+"""Studies: a file that describes a computation, the run, and the stored result."""

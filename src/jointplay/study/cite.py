@@ -1,4 +1,4 @@
-"""What a study rests on: references of its mechanism, laws and methods, as text and as BibTeX.
+"""References of a study: of its mechanism, laws and methods, as text and as BibTeX.
 
 Each reference is stated once, in ``references.toml`` beside this file. Laws, kinds and mechanisms say what
 they rest on in their rows; of parts without a row the table ``uses`` of that file says it.
@@ -49,7 +49,7 @@ Keys = Sequence[str] | None  # of references, or references as text; None: not s
 
 
 def parts(record: Study) -> dict[str, Keys]:
-    """What a study uses that may have references, each with the keys of those."""
+    """Parts of a study that may have references, each with the keys of these."""
     uses = table("uses")
     return {name: keys if keys is not None else uses.get(name) for name, keys in _parts(record)}
 
@@ -101,7 +101,7 @@ def cited(record: Study) -> dict[str, list[str]]:
 
 
 def unstated(record: Study) -> list[str]:
-    """Name the parts of a study of which it is not stated what they rest on."""
+    """Name the parts of a study whose references are not stated."""
     return [part for part, keys in parts(record).items() if keys is None]
 
 
@@ -135,7 +135,7 @@ def _line(entry: dict[str, Any]) -> str:
 
 
 def as_text(record: Study) -> str:
-    """List the references of a study, each with what it is for."""
+    """List the references of a study, each with the parts that it is for."""
     found = (f"{_line(_entry(key))}\n    for {', '.join(parts)}" for key, parts in cited(record).items())
     return "\n".join([*found, *(f"not stated: what to cite for {part}" for part in unstated(record))])
 

@@ -62,7 +62,7 @@ def journal_of(out: Path | str, name: str, share: tuple[int, int] | None = None)
 
 
 def resume_hint(study: Loaded, out: Path | str, share: tuple[int, int] | None = None) -> tuple[str, ...]:
-    """Message on what the same command does after Ctrl-C; empty where it starts over."""
+    """Message on resuming by the same command after Ctrl-C; empty where it starts over."""
     kept = has_cells(study.record) and journal_of(out, study.record.name, share).folder.exists()
     return ("run the same command again to go on; what is finished is kept",) if kept else ()
 
@@ -93,7 +93,7 @@ def complete(
     share: tuple[int, int] | None = None,
     say: Callable[[str], None] = lambda line: None,
 ) -> Outcome:
-    """Run what is missing of a study, and store its result.
+    """Run the missing part of a study, and store its result.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def complete(
 
 
 def _say_partial(dataset: xr.Dataset, path: Path, say: Callable[[str], None]) -> None:
-    """Store what an interrupted run has, and say where."""
+    """Store the partial result of an interrupted run, and report its path."""
     stored = dataset.assign(status=coded((), Status.INTERRUPTED))
     say(f"partial  {store.write_partial(stored, path)}: what was computed up to here")
 

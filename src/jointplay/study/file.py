@@ -87,7 +87,7 @@ def mechanism_of(path: Path | str) -> Mechanism:
 
 
 def moving_of(path: Path | str) -> Mechanism | TestSystem:
-    """Give what moves in such a file: a linkage or a test system."""
+    """Give the mechanism of a file: a linkage or a test system."""
     table, _ = _read(path)
     if "mechanism" not in table:
         raise InputError([Problem("mechanism", NOTHING, "a file with a table [mechanism] is accepted")])

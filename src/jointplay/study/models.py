@@ -69,7 +69,7 @@ class Integrator(OfKind):
 
 
 class Analysis(OfKind):
-    """The table `[analysis]`: what is computed of a motion."""
+    """The table `[analysis]`: settings of the computation."""
 
     part: ClassVar[str] = "analysis"
 
@@ -166,16 +166,16 @@ class Study(OfKind):
 
     @property
     def heading(self) -> str:
-        """One line: what is computed, of what."""
+        """One line: the title, or the kind and the mechanism."""
         return one_line(self.title or "") or f"{self.kind} of {self.mechanism.name}"
 
     def keywords(self) -> dict[str, Any]:
-        """Keywords of the analysis function, as records and plain values; what was left out stays out."""
+        """Keywords of the analysis function, as records and plain values; omitted ones stay out."""
         given = {**dict(self.integrator), **dict(self.analysis)}
         return {key: value for key, value in given.items() if value is not None}
 
     def doubts(self) -> list[str]:
-        """Lines on what is probably meant otherwise, though it can be computed."""
+        """Lines on probable mistakes in a study that can be computed."""
         given = self.keywords()
         start, section = given.get("initial"), given.get("section")
         several = (self.mechanism, largest(self.mechanism, vary_table.values(self.vary)))
@@ -183,7 +183,7 @@ class Study(OfKind):
         return list(dict.fromkeys(str(replace(problem, key=_place(problem.key))) for problem in found))
 
     def summary(self) -> str:
-        """A few lines on what the study asks for."""
+        """A few lines on the study's settings."""
         lines = [
             f"{self.name}: {self.heading}",
             f"kind       {self.kind}, {self._length()}",
@@ -220,7 +220,7 @@ class SweepStudy(Study):
     vary: vary_table.Vary = vary_table.vary_field()
 
     def keywords(self) -> dict[str, Any]:
-        """Keywords of the analysis function; what was left out stays out."""
+        """Keywords of the analysis function; omitted ones stay out."""
         return super().keywords() | {"over": vary_table.values(self.vary)}
 
     def _broken_rules(self) -> list[Problem]:

@@ -106,18 +106,18 @@ def _about(row: Kind, key: str) -> str:
 
 
 def _set(key: str, value: Any, about: str) -> Iterator[str]:
-    """A line that sets a key, and says what it is."""
+    """A line that sets a key, with its description."""
     return _line(f"{key} = {written(_plain(value))}", about)
 
 
 def _commented(key: str, default: Any, about: str) -> Iterator[str]:
-    """A line that says what is used where a key is left out."""
+    """A commented line with the default of a key."""
     value = "" if default is None or default is ... else written(_plain(default))
     return _line(f"# {key} = {value}".rstrip(), about)
 
 
 def _line(line: str, about: str) -> Iterator[str]:
-    """A line and its comment, beside it or, where it is long, above."""
+    """A line and its comment, at its end or, where it is long, above."""
     about = about.replace("``", "`")
     if about and len(line) >= COLUMN:
         yield f"# {about}:"
@@ -152,7 +152,7 @@ def _vary(example: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _entry(table: Mapping[str, Any]) -> Iterator[str]:
-    """An entry of the catalog, and what is changed in it."""
+    """An entry of the catalog, and the changes to it."""
     make = catalog.NAMES[table["catalog"]]
     texts = descriptions(Changes) | descriptions(make) | {"catalog": first_sentence(make.__doc__)}
     for key, value in table.items():

@@ -41,7 +41,7 @@ LEAST = 20  # turns of one analysis that are timed, beside twice as many
 
 
 def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
-    """Estimate a run: how many cells, what runs in parallel, how long, and how much it stores.
+    """Estimate a run: number of cells, parallel work, duration, and size of the result.
 
     One missing cell in the middle is computed and timed, of an ensemble as many as run at once; nothing is
     written.

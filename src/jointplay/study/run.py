@@ -47,7 +47,7 @@ HASH = KEY - WORK - 2 * DIGITS
 def run(
     study: Loaded, progress: Callable[[float], None] | None = None, jobs: int | None = None
 ) -> xr.Dataset:
-    """Compute what a study asks for, and keep nothing of it on the disk.
+    """Compute a study, and keep nothing of it on the disk.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def answer(record: Study, changes: Mapping[str, float]) -> Entry:
 def compile_for(
     record: Study, changes: Sequence[Mapping[str, float]] = ({},), together: bool = False
 ) -> None:
-    """Compile what a study with these changes needs, so that workers find it on the disk."""
+    """Compile the code that a study with these changes needs, so that workers find it on the disk."""
     for change in (*changes[:: max(1, len(changes) // SAMPLED)], changes[-1]):
         try:
             mechanism = record.mechanism.varied(change)
@@ -185,7 +185,7 @@ def study_hash(record: Study) -> str:
 
 
 def with_journal_keys(record: Study, work: Work, number: int = 0) -> tuple[list[Job], int]:
-    """The jobs of an analysis's work under the keys of a journal, and the length of what was put before."""
+    """The jobs of an analysis's work under the keys of a journal, and the length of the prefix added."""
     if not work.numbered:
         return list(work.jobs), 0
     begin = f"{study_hash(record)}{number:0{WORK}x}"

@@ -1,4 +1,4 @@
-"""What lies under the name of a study's result: its own answer, or that of a study with other settings.
+"""State of a study's stored result: its own answer, or that of a study with other settings.
 
 A result is a study's own if the study stored in it asks for the same today, defaults filled in. Title and
 figure change no number, and values of `[vary]` that are added or taken away find their cells in the journal:
@@ -36,7 +36,7 @@ def refuse_other(record: Study, path: Path) -> None:
 
 
 def standing(record: Study, path: Path) -> str:
-    """A word or two on the result of a study: ``done``, how else it ended, or what is other; empty: none."""
+    """A word or two on the result of a study: ``done``, another end, or the differences; empty: none."""
     if not os.path.exists(path):
         return ""
     if others := _differences(record, path):
@@ -52,7 +52,7 @@ def _listed(keys: list[str]) -> str:
 
 
 def _differences(record: Study, path: Path) -> list[str]:
-    """Keys in which a study differs from that of a stored result; what the file is, where it has none."""
+    """Keys in which a study differs from that of a stored result; `UNREAD` where the file has none."""
     try:
         stored = validate(provenance.held(attributes(path)).get("study", {}))
     except InputError:
@@ -62,7 +62,7 @@ def _differences(record: Study, path: Path) -> list[str]:
 
 
 def _plain(record: Study) -> dict[str, Any]:
-    """What decides the numbers of a study, as plain JSON types; of `[vary]` as one text."""
+    """Settings that decide the numbers of a study, as plain JSON types; `[vary]` as one text."""
     table = json.loads(json.dumps(record.model_dump(mode="json", exclude={*NO_NUMBER})))
     return table | ({"vary": json.dumps(table["vary"], sort_keys=True)} if "vary" in table else {})
 

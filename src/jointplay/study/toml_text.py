@@ -174,7 +174,7 @@ def _set(node: Any, steps: list[str | int], value: Any, change: str) -> Problem 
 
 
 def _place(node: Any, step: str | int) -> int | None:
-    """Where in a list the entry with this number or name is."""
+    """Index in a list of the entry with this number or name."""
     known = [*range(len(node)), *_names(node)] if isinstance(node, list) else []
     return known.index(step) % len(node) if step in known else None
 

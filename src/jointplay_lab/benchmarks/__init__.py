@@ -1,1 +1,1 @@
-"""Published mechanisms whose answers are published too: what is computed beside what was printed."""
+"""Published mechanisms whose answers are published too: computed and printed numbers compared."""

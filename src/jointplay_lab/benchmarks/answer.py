@@ -1,4 +1,4 @@
-"""What a benchmark gives: quantities computed, and as published."""
+"""Results of a benchmark: quantities computed, and as published."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Digits:
 
 @dataclass(frozen=True)
 class Answer:
-    """A benchmark that was run: its rows, how the run ended, and what its equations were evaluated."""
+    """A benchmark that was run: its rows, its status, and the counts of its evaluations."""
 
     rows: tuple[Digits, ...]
     status: int

@@ -1,4 +1,4 @@
-"""Benchmark: how far each quantity is from what was published."""
+"""Benchmark: relative difference of each quantity from the published one."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def limits(ax: Axes, dataset: Dataset, known: float) -> None:
 
 
 def handles(dataset: Dataset, ax: Axes) -> list[Line2D]:
-    """Return what the legend names: methods with a line, and how others are drawn."""
+    """Return the entries of the legend: lines of methods, and the mark of other events or ends."""
     from matplotlib.lines import Line2D
 
     found = [line for line in ax.lines if not line.get_label().startswith("_")]

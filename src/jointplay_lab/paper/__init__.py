@@ -1,1 +1,1 @@
-"""A paper's figures and conclusions: what its motions are, under which reading."""
+"""A paper's figures and conclusions: the character of its motions, under each reading."""

@@ -94,7 +94,7 @@ def variables(
     shape: tuple[int, ...],
     numbers: Mapping[str, tuple[str, str]],
 ) -> dict[str, Any]:
-    """Variables of what `character` returned for each cell: `numbers` by units and text, period, motion."""
+    """Variables of the answers of `character` for each cell: `numbers` by units and text, period, motion."""
     found = {
         name: number(dims, column(answers, name, math.nan).reshape(shape), units, text)
         for name, (units, text) in numbers.items()

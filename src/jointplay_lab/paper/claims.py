@@ -101,7 +101,7 @@ def claims(
     n_jobs: Natural | None = None,
     **motion: Unpack[Integration],
 ) -> xr.Dataset:
-    """Compute what the paper's conclusions speak of, and grade them.
+    """Compute the evidence for the paper's conclusions, and grade them.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ SHARE = 0.5  # of the longest stable step: the step if none is given
 
 @dataclass(frozen=True)
 class Bound:
-    """The longest stable step (s), and the eigenvalue (1/s) that sets it, with what causes it."""
+    """The longest stable step (s), and the eigenvalue (1/s) that sets it, with its cause."""
 
     step: float
     eigenvalue: complex

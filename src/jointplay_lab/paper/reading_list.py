@@ -1,4 +1,4 @@
-"""The readings of what a paper leaves open: each changes the mechanism as printed, or how it is followed.
+"""Readings of a paper's open points: each changes the mechanism as printed, or the way it is followed.
 
 The paper is Chunmei, Yang, Ling and Ling, J. Sound Vib. (2002); several of its equations and parameters can
 be read in more than one way. A reading changes one thing and leaves all else as printed.

@@ -47,7 +47,7 @@ def claims_answer(dataset: xr.Dataset) -> str:
 
 
 def readings_answer(dataset: xr.Dataset) -> str:
-    """Return what the motion of each panel is, counted over the readings of the paper.
+    """Return the motion of each panel, counted over the readings of the paper.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ class Peer:
         self.evaluations, self.steps, self.compiling, self.deadline = 0, 0, 0.0, math.inf
 
     def run(self, limit: float = math.inf) -> Outcome:
-        """Follow the motion for at most `limit` s of CPU time; what it compiles is not counted in."""
+        """Follow the motion for at most `limit` s of CPU time; compilation is not counted."""
         began = time.process_time()
         self.evaluations, self.steps, self.compiling, self.deadline = 0, 0, 0.0, began + limit
         outcome = Outcome()

@@ -141,7 +141,7 @@ class Equations:
         return y.copy(), (guard // 4, int(kind))
 
     def _jump(self, t: float, y: np.ndarray, reset: int) -> tuple[np.ndarray, Event]:
-        """The state after a reset, or after a wall lets go what has rested on it."""
+        """The state after a reset, or after a wall lets go a body that rested on it."""
         from jointplay.solver.method.modes import FREE, IMPACT, RESTING, SEPARATION
 
         at = len(self.flags) + reset
@@ -155,7 +155,7 @@ class Equations:
 
 
 class Callbacks(NamedTuple):
-    """Functions of (place, b, t, y, …, out); those that compile them document what they write."""
+    """Functions of (place, b, t, y, …, out); their compilers document the results."""
 
     rates: Callable
     watched: Callable

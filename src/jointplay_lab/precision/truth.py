@@ -48,7 +48,7 @@ class Truth:
         return float(np.max(np.abs(outcome.state - self.outcome.state) / self.unit))
 
     def agreement(self, outcome: Outcome, tolerance: float) -> str:
-        """How a run agrees, as a word of `AGREEMENT`."""
+        """Agreement of a run, as a word of `AGREEMENT`."""
         error = self.error(outcome)
         if not math.isfinite(error):
             return "no_end"

@@ -63,7 +63,7 @@ EXPLICIT = ("DOP853",)
 
 
 def _linear_contact(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
-    """Other solvers are set up for the linear law alone: what begins with a power of time is not theirs."""
+    """Rule: contacts have the linear law, the only one for which other solvers are set up."""
     for joint in mechanism.clearance_joints if isinstance(mechanism, Mechanism) else ():
         if joint.contact.law != "kelvin_voigt":
             key = f"mechanism.joints.{joint.name}.contact.law"

@@ -400,7 +400,7 @@ class Truth:
 
     @classmethod
     def of(cls, model: Model, rows: np.ndarray) -> Truth:
-        """Of the rows of a monolithic run."""
+        """Make the truth of the rows of a monolithic run."""
         values = described(Quantities(model, rows, rows[0]))
         force = float(np.sqrt(np.mean(values["reaction"] ** 2)))
         scales = {"deflection": float(np.abs(values["deflection"]).max()), "angle": 1.0, "reaction": force}

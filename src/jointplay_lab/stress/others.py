@@ -197,7 +197,7 @@ def preset(random: Random, name: str, laws: tuple[str, str]) -> tuple[Mechanism,
 
 
 def _sized(random: Random, link: Link, heavier: float) -> dict[str, Any]:
-    """Mass and inertia of a link, a counterweight behind the crank's pivot, stiffness of what bends."""
+    """Mass and inertia of a link, a counterweight behind the crank's pivot, stiffness of an elastic link."""
     size = {"mass": link.mass * heavier, "inertia": link.inertia * heavier}
     if link.name == "crank":
         at, mass = -ranges.even(random, (0.1, 1.0)) * link.length, ranges.even(random, (0.01, 1.0))

@@ -1,4 +1,4 @@
-"""Stress: scenes far outside ordinary use, each run twice, and what that says of the answers.
+"""Stress: scenes far outside ordinary use, each run twice, and the judgement of the answers.
 
 Ranges: stiffness 10⁴ … 10¹¹ N/m, damping 0 … 10⁵ N s/m, clearance 10⁻⁷ … 3·10⁻³ m, gear ratio 0.2 … 60,
 friction 0 … 1.5, links from thin and long to thick and short, dead centres and change points, starts deep in

@@ -290,7 +290,7 @@ def form_of(
 
 
 def close(found: Any, wanted: np.ndarray, allowed: float) -> bool:
-    """Whether numbers are those wanted, to rounding or to what is allowed."""
+    """Whether numbers equal the wanted ones, to rounding or to the allowed error."""
     same = np.isinf(wanted) & (found == wanted)
     allowed = max(allowed, EXACT * np.max(np.abs(wanted[~same]), initial=0.0))
     with np.errstate(invalid="ignore"):
@@ -303,7 +303,7 @@ def near(found: Any, wanted: np.ndarray) -> bool:
 
 
 def rule_of(added: np.ndarray, series: np.ndarray, value: float, allowed: tuple[float, bool]) -> Any:
-    """How what each slider adds by itself, shape (points, sliders), goes together; None where it does not."""
+    """Rule by which changes by each slider, shape (points, sliders), combine; None where there is none."""
     times = value * np.prod(1 + added / value, 1) if value else None
     if value and close(times, series, allowed[0]):
         return "times"

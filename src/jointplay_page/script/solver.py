@@ -72,7 +72,7 @@ Numbers = dict[tuple[str, int], float]
 
 @dataclass(frozen=True)
 class Solver:
-    """JavaScript that defines ``makeSolver``, and what to call it with, which is fit for JSON.
+    """JavaScript that defines ``makeSolver``, and the data to call it with, which are fit for JSON.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def solver(
 
 
 def _joint(joint: Joint) -> dict[str, Any]:
-    """What places of links follow from, as `mechanism.loops.positions` has it."""
+    """Data of a joint from which places of links follow, as of `mechanism.loops.positions`."""
     kind = {"prismatic": joint.prismatic, "ideal": joint.ideal, "label": (*joint.contacts, joint.name)[0]}
     return joint.model_dump(mode="json", include={"name", "journal", "bearing"}) | kind
 
@@ -269,7 +269,7 @@ def _packed(array: np.ndarray) -> int | list[Any]:
 
 
 def _plain(value: float) -> float | str:
-    """A number as JSON has it: what is not finite as a word that both languages read."""
+    """A number for JSON: one that is not finite becomes a word that both languages read."""
     return value if math.isfinite(value) else str(value).replace("inf", "Infinity").replace("nan", "NaN")
 
 
@@ -319,7 +319,7 @@ class Closing:
         return series[0, : len(self.keys)] if np.all(np.isfinite(series)) else None
 
     def followed(self, numbers: Numbers, model: Model, ideal: Model) -> Numbers | None:
-        """A model's numbers, the ideal mechanism's in place of what follows; None where it does not close."""
+        """A model's numbers, the ideal mechanism's for dependent ones; None where it does not close."""
         if ideal.structure != self.ideal.structure or (found := self.begun(ideal)) is None:
             return None
         at, angles = [*self.keys], [key.startswith("angle:") for key in self.keys.values()]
@@ -334,7 +334,7 @@ class Closing:
 
     @property
     def data(self) -> dict[str, Any]:
-        """What the driver needs, fit for JSON; angles are given but for whole turns."""
+        """Data of the driver, fit for JSON; angles are given but for whole turns."""
         turns = np.round((self.first - self.begun(self.ideal)) / math.tau)
         places = [[at, math.tau * n] for at, n in zip(self.keys, turns, strict=True)]
         start = {"ideal_s": [0.0, *self.ideal.state.tolist()], "ideal_p": self.ideal.numbers.tolist()}

@@ -57,7 +57,7 @@ class Code(NamedTuple):
 
     @property
     def truth(self) -> str:
-        """Where its truth matters: NaN is true here, as it is there not."""
+        """Text of it as a truth value: NaN is true here, as it is there not."""
         return self.text if self.logical else f"{self.side()} != 0"
 
 
@@ -308,7 +308,7 @@ class Function(Reader):
         return self.value(node) if handed else super().callee(node)
 
     def called(self, function: Any, values: list[Code]) -> Code:
-        """What a call gives; a named tuple becomes an object."""
+        """Result of a call; a named tuple becomes an object."""
         if isinstance(function, Code):
             return _call(function.text, *values)
         if callable(function) and function in CALLS:
@@ -333,7 +333,7 @@ def _call(name: str, *values: Code, binds: int = WHOLE) -> Code:
 
 
 def _dense(line: str) -> str:
-    """A line without what only readers need."""
+    """A line without spaces that only readers need."""
     return re.sub(r" (\*|/|=) ", r"\1", line.strip())
 
 
@@ -352,7 +352,7 @@ def short(number: int) -> str:
 
 
 def _literal(value: Any) -> str | None:
-    """A number; None for anything else, and for what JavaScript cannot hold."""
+    """A number; None for anything else, and for numbers that JavaScript cannot hold."""
     value = value.item() if isinstance(value, np.generic) else value
     exact = isinstance(value, float | bool) or (isinstance(value, int) and abs(value) <= 2**53)
     return json.dumps(value) if exact else None

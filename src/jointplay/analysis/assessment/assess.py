@@ -160,6 +160,6 @@ def answered(**keywords: Any) -> dict[str, Any]:
 
 
 def parameters_of(mechanism: Mechanism) -> tuple[str, ...]:
-    """What is varied unless it is said: every clearance, and what the drive's speed depends on."""
+    """Parameters varied by default: every clearance, and the numbers that set the drive's speed."""
     loose = tuple(f"joints.{joint.name}.clearance" for joint in mechanism.joints if joint.clearance > 0)
     return (*loose, *(word for word in ("gear_ratio", "speed") if Parameter(mechanism, word).value))

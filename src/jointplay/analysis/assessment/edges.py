@@ -73,7 +73,7 @@ LEAVES = {"contact_loss": ("grazing",), "doubling": tuple(kind for kind in SPECI
 
 @dataclass(frozen=True)
 class Search:
-    """How far, as a factor, and how closely; `step`, `accuracy` and `lasting` are relative."""
+    """Settings of a search: its reach, as a factor; `step`, `accuracy` and `lasting` are relative."""
 
     reach: float
     step: float
@@ -248,7 +248,7 @@ def _changed(found: tuple[float, ...], place: Place, here: Settled, name: str) -
 
 
 def _again(walk: Walk, name: str, place: Place, here: Settled, way: int, search: Search) -> Place | None:
-    """Where a chaotic motion's change is taken back before it has lasted; None where it lasts."""
+    """Place at which a chaotic motion's change is taken back before it has lasted; None where it lasts."""
     return None if here.period else walk.lost_again(place, here, name, way, search.lasting)
 
 

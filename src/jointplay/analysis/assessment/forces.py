@@ -120,7 +120,7 @@ def _of_motion(motion: Settled) -> dict[str, Any]:
 
 
 def _powers(given: History) -> dict[str, np.ndarray]:
-    """What is integrated of each joint with clearance, W."""
+    """Powers to integrate for each joint with clearance, W."""
     normal, across = given["normal_force"], given["tangential_velocity"]
     values = (normal * given["normal_velocity"], given["tangential_force"] * across, np.abs(normal * across))
     return dict(zip(PER_TURN, values, strict=True))

@@ -1,1 +1,1 @@
-"""Motions that exist beside each other: which there are, and what throws one into another."""
+"""Coexisting motions: their search, and knocks that throw one into another."""

@@ -188,7 +188,7 @@ def attractors(
 
 
 def _followed(shared, axis: Axis, motions, numbers, max_steps: int | None, n_jobs: int | None):
-    """Follow periodic motions as orbits: what was followed, and the answers."""
+    """Follow periodic motions as orbits: the stretches followed, and the answers."""
     mechanism, section = shared["mechanism"], passes.section_at(shared["mechanism"], shared["initial"])
     following = special_points.stretches(axis, motions, numbers) if section is not None else []
     more = {"mechanism": mechanism, "parameter": axis.key, "section": section, "max_steps": max_steps}
@@ -197,7 +197,7 @@ def _followed(shared, axis: Axis, motions, numbers, max_steps: int | None, n_job
 
 
 def _warm(mechanism, changes, initial, exponents: bool, ensemble: bool) -> None:
-    """Compile what the first and the last value need."""
+    """Compile the code that the first and the last value need."""
     for change in (changes[0], changes[-1]):
         try:
             here = mechanism.varied(change)

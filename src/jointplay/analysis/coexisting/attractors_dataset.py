@@ -29,7 +29,7 @@ MISSED = 0.05  # chance that a basin of `fraction_missed` has no start in it
 
 @dataclass(frozen=True)
 class Table:
-    """What was found at each value, and by which identity."""
+    """Motions found at each value, with their identities."""
 
     axis: Axis
     motions: Sequence[Sequence[Mapping[str, Any]]]
@@ -40,7 +40,7 @@ class Table:
 
     @property
     def dims(self) -> tuple[str, str]:
-        """What a motion is told by: value and identity."""
+        """Dimensions that identify a motion: value and identity."""
         return self.axis.name, "identity"
 
     @property
@@ -55,7 +55,7 @@ class Table:
         return {self.axis.name: self.axis.coordinate} | own
 
     def dataset(self, answers: Mapping[tuple[int, int], Entry], plan: Plan) -> xr.Dataset:
-        """What was said of each motion, by (value, identity)."""
+        """Dataset of the descriptions of all motions, by (value, identity)."""
         absent = {"status": NOT_RUN, "trouble": ""}
         places = [(i, n + 1) for i, n in np.ndindex(self.shape)]
         entries = [(f"{i} {n}", answers.get((i, n), absent)) for i, n in places]
@@ -100,7 +100,7 @@ class Table:
         return labelled(rows, self.dims) | self._ends(started)
 
     def _ends(self, started: np.ndarray) -> dict[str, Any]:
-        """How the starts of each value ended that reach no motion."""
+        """Variables on the starts at each value, such as the fraction that did not settle."""
         unsettled = self._counted("unsettled")
         pairs = [wilson(n, int(total)) for n, total in zip(unsettled, started, strict=True)]
         low, high = np.array(pairs, dtype=float).reshape(-1, 2).T
@@ -129,7 +129,7 @@ class Table:
         return labelled(rows, self.dims[0]) | {"value_status": codes} | told
 
     def changes(self, events: Sequence[Change]) -> dict[str, Any]:
-        """Where identities begin and end."""
+        """Variables on the beginnings and ends of identities."""
         values = np.array(self.axis.values)
         between = np.array([each.between for each in events], dtype=int).reshape(-1, 2)
         units, name = self.axis.units, self.axis.long_name

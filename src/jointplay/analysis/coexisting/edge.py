@@ -1,4 +1,4 @@
-"""The edge state between two motions: what starts on the boundary of their basins stay on or come to.
+"""The edge state between two motions: the motion that attracts on the boundary of their basins.
 
 A start that leads to one motion and a near one that does not enclose the boundary. Both are followed turn
 by turn, and where they have moved apart, halved in again along the line between them; so the pair stays on

@@ -35,7 +35,7 @@ class Change:
 
 
 def distance(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[float, float]:
-    """How far points of one motion are from those of another, and the other way round."""
+    """Distance of one motion's points from another's, and the other way round."""
     apart = np.abs(one["points"][:, None, :] - other["points"][None, :, :]).max(axis=-1)
     share = 1.0 if one["period"] and other["period"] else MOST
     return float(np.quantile(apart.min(axis=1), share)), float(np.quantile(apart.min(axis=0), share))

@@ -41,7 +41,7 @@ class Knock:
 
     @property
     def kind(self) -> str:
-        """What it acts on, by the first part of its name."""
+        """Kind of the knock: the first part of its name."""
         return self.name.partition(":")[0]
 
     @property

@@ -41,7 +41,7 @@ LEFT = 32  # motions kept that had no period at first and then settled
 
 @dataclass
 class _Run:
-    """A start on its way: where it stands, and what was seen of it last."""
+    """A start that is being followed: its model, present states and last section points."""
 
     model: Model
     states: np.ndarray

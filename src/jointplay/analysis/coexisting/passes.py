@@ -1,4 +1,4 @@
-"""What workers do for `attractors`: find the motions of one value, carry motions there, describe one.
+"""Jobs of `attractors` for workers: find the motions of one value, carry motions there, describe one.
 
 All that is given and given back is plain: lists, numbers, arrays.
 """
@@ -76,7 +76,7 @@ def carried(
     sources: Sequence[Mapping[str, Any]],
     observation: Observation,
 ) -> Entry:
-    """Where motions of neighbouring values end at this one: numbers of known motions, or of `new` ones."""
+    """Carry motions of neighbouring values here: each ends as a known motion, by number, or a `new` one."""
     here = mechanism.varied(changes)
     base = assemble(here, initial, section_of(here))
     lasting = [Lasting(each["period"], each["states"], each["points"]) for each in known]

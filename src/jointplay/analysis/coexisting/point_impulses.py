@@ -81,7 +81,7 @@ class Blow:
     impulse: Impulse
 
     def point(self, model: Model, states: np.ndarray) -> np.ndarray:
-        """Where the point is at some states, m, shape (rows, 2)."""
+        """Position of the point at some states, m, shape (rows, 2)."""
         joints = {j.name: j for j in self.mechanism.joints}
         words = {f"angle:{link}" for link in model.links}
         words |= {f"journal_{axis}:{name}" for name in model.joints if name in joints for axis in "xy"}

@@ -54,7 +54,7 @@ class Cloud:
         return self.tree.query(points, p=np.inf)[0]
 
     def holds(self, points: np.ndarray) -> np.ndarray:
-        """Of which runs, shape (runs, turns, coordinates), the last points lie among those of the cloud."""
+        """Whether the last points of runs, shape (runs, turns, coordinates), lie among those of the cloud."""
         if points.shape[1] < AMONG:
             return np.zeros(len(points), dtype=bool)
         last = points[:, -AMONG:].reshape(-1, points.shape[-1])
@@ -62,7 +62,7 @@ class Cloud:
 
 
 def along(points: np.ndarray, motion: Lasting, within: float, steady: float) -> np.ndarray:
-    """Which runs go along a periodic motion, within a distance and coming no farther, or staying `steady`.
+    """Whether runs go along a periodic motion, within a distance and coming no farther, or staying `steady`.
 
     Parameters
     ----------

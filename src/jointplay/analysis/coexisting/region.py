@@ -26,14 +26,14 @@ Region = Annotated[
 
 
 def one_parameter(mechanism: Mechanism | TestSystem, over: Any) -> Iterator[Problem]:
-    """Yield the problems of what is varied: one parameter is accepted."""
+    """Yield the problems of the varied parameters: one is accepted."""
     varied = axes(mechanism, over)
     if len(varied) != 1:
         yield Problem("over", [axis.key for axis in varied], "one parameter is accepted")
 
 
 def region_fits(varied: Mechanism | TestSystem, region: Region, joint: str | None, initial: Any):
-    """Yield the problems of a region of what is varied."""
+    """Yield the problems of a region of starts for the varied mechanism."""
     yield from coordinate_rules(varied, region, joint, initial)
 
 

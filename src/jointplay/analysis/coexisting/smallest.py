@@ -35,7 +35,7 @@ DESCENTS = 4  # how often the search goes on below an island of smaller sizes
 
 
 class Place(NamedTuple):
-    """Where and how a motion is knocked: its section point, phase ahead of that and direction, rad."""
+    """Place of a knock: its section point, the phase ahead of that and the direction, rad."""
 
     point: int
     phase: float
@@ -97,7 +97,7 @@ class Knocked:
         return (labels != self.own) & (labels != FAILED) & (labels != NO_START)
 
     def within(self, places: Sequence[Place], sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of each place the first of rising sizes that tips, and the one before; infinite where none does."""
+        """First of rising sizes that tips at each place, and the size before; infinite where none does."""
         table = self.tips([*product(places, sizes.tolist())]).reshape(len(places), len(sizes))
         first = np.where(table.any(axis=1), table.argmax(axis=1), len(sizes))
         return np.append(0.0, sizes)[first], np.append(sizes, np.inf)[first]

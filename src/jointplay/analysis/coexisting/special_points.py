@@ -29,7 +29,7 @@ TOLD = ("branch_point", "period_doubling", "neimark_sacker", "fold", "grazing")
 def stretches(
     axis: Axis, motions: Sequence[Sequence[Mapping[str, Any]]], numbers: Sequence[Sequence[int]]
 ) -> list[dict[str, Any]]:
-    """What to follow: identity, period, value and state to start from, and the range of the parameter."""
+    """Branches to follow: identity, period, value and state to start from, and the range of the parameter."""
     rows = [
         (n, each["period"], i, each)
         for i, row in enumerate(numbers)

@@ -1,4 +1,4 @@
-"""What tips a motion into another: smallest knocks, times to return, what is reached in time, edge states.
+"""Tipping of motions into others: smallest knocks, times to return, basins in finite time, edge states.
 
 The motions are found from starts at random, as in `attractors`. Each is knocked (`coexisting.knocks`) until
 it ends elsewhere (`coexisting.smallest`). The boundary that the smallest knock just crosses is followed to
@@ -171,7 +171,7 @@ def _motions(mechanism, initial, known: Sequence[Mapping[str, Any]], observation
 
 
 def reached(mechanism, initial, observation, known, region, joint, starts: int, seed: int) -> Entry:
-    """How many starts are with each motion after so many turns."""
+    """Numbers of starts that are with each motion after so many turns."""
     place, motions = (
         Starts(mechanism, initial, tuple(region), joint),
         _motions(mechanism, initial, known, observation),

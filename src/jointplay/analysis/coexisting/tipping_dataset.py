@@ -1,4 +1,4 @@
-"""Dataset of what tips motions: the motions, knocks and times to return, edge states."""
+"""Dataset of tipping: the motions, knocks and times to return, edge states."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Answers = Mapping[tuple[int, int], Entry]
 
 
 def edge_entry(orbit: Orbit, base: Model) -> Entry:
-    """What an answer says of an edge state: period, state at the section, multipliers, the largest first."""
+    """Answer on an edge state: period, state at the section, multipliers, the largest first."""
     state, _ = at_phase(orbit, base.crank_angle)
     each = multipliers(orbit.image.derivative)
     table = np.stack([each.real, each.imag], -1)

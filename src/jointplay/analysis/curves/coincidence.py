@@ -49,7 +49,7 @@ class Coincidence(Meeting):
     sided = False
 
     def value(self, trial: Trial, like: Point) -> float:
-        """The speed of sliding at the event, less what it is short of; NaN where the event is missing."""
+        """The sliding speed at the event over its size, less `SHORT`; NaN where the event is missing."""
         row = self._row(trial.section.model, trial.image.events, like)
         if row is None:
             return np.nan

@@ -1,4 +1,4 @@
-"""Conditions of curves in two parameters: what a critical orbit fulfils beside closing.
+"""Conditions that critical orbits fulfil, besides closing, on curves in two parameters.
 
 fold                g = 0 of [[P - I, b], [c', 0]] (v, g) = (0, 1)      a multiplier +1
 period doubling     g = 0 of [[P + I, b], [c', 0]] (v, g) = (0, 1)      a multiplier -1
@@ -82,7 +82,7 @@ class Critical:
         }
 
     def genuine(self, kind: str, point: Point) -> bool:
-        """Whether a zero of a test is what its name says."""
+        """Whether the zero of a test is a genuine point of its kind."""
         values = np.asarray(point.multipliers)
         if kind == "cusp":
             return bool(np.linalg.norm(point.tangent[-2:]) < REVERSED)
@@ -130,7 +130,7 @@ class Torus:
         return {name: share(double) for name, double in SHARES.items()} | others
 
     def genuine(self, kind: str, point: Point) -> bool:
-        """Whether a zero of a test is what its name says."""
+        """Whether the zero of a test is a genuine point of its kind."""
         if kind in SHARES:
             return True
         wanted = 1.0 if kind == "fold_torus" else -1.0

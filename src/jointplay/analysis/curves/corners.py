@@ -1,4 +1,4 @@
-"""Where a curve of folds or doublings is tangent to a grazing: it goes on with a corner, or ends.
+"""Corners of curves of folds or doublings: tangent to a grazing, a curve turns there, or ends.
 
 Beside a contact that begins multipliers change with the root of its depth d. On that side the curve keeps
 a s = b sqrt(d), s along the grazing from where both meet: it nears the grazing with s^2, and its steps shrink
@@ -35,7 +35,7 @@ MEETING = {"fold": "fold_grazing", "period_doubling": "doubling_grazing"}
 
 @dataclass(frozen=True)
 class Begin:
-    """Where a curve starts: its kind, an orbit, the fractions of both ranges, and the event at a grazing."""
+    """Beginning of a curve: its kind, an orbit, the fractions of both ranges, and the event at a grazing."""
 
     kind: str
     orbit: Orbit
@@ -105,7 +105,7 @@ def _across(family: Family, last: Point) -> Iterator[tuple[Orbit, np.ndarray, tu
 
 
 def _unstuck(family: Family, last: Point) -> Special | None:
-    """Where, soon after a point of a curve, a piece of sticking has shrunk to nothing."""
+    """The point, soon after one of a curve, at which a piece of sticking has shrunk to nothing."""
     before = solve(family, last, last.z - BACK * last.tangent, last.tangent)
     if before is None or not alike(before, last):
         return None

@@ -109,5 +109,5 @@ def _meetings(curves: Sequence[Curve], family: Family, axes: Sequence[Axis], mod
 
 
 def _kind(curve: Curve, special: Special) -> str:
-    """What a special point of a curve is called."""
+    """Name of a special point of a curve."""
     return GRAZED.get(curve.kind, special.kind) if special.kind == "grazing" else special.kind

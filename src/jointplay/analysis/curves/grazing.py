@@ -33,14 +33,14 @@ PART = 1e-7  # of the scales, small beside a clearance: differences of a margin
 
 
 class Meeting:
-    """Where a curve on which an event vanishes meets others."""
+    """Meetings of a curve on which an event vanishes with curves of folds and doublings."""
 
     def tests(self, one: Point) -> Mapping[str, Callable[[Point], float]]:
         """Zeros where the orbit that grazes also folds or doubles."""
         return {"fold_grazing": unit, "doubling_grazing": doubling}
 
     def genuine(self, kind: str, point: Point) -> bool:
-        """Whether a zero of a test is what its name says."""
+        """Whether the zero of a test is a genuine point of its kind."""
         wanted = 1.0 if kind == "fold_grazing" else -1.0
         return bool(np.any(np.abs(np.asarray(point.multipliers) - wanted) < NEAR))
 
@@ -65,7 +65,7 @@ class Grazing(Meeting):
     sided = True
 
     def value(self, trial: Trial, like: Point) -> float:
-        """The least margin, less what it is short of; NaN where the guard fires once more, or less."""
+        """The least margin over its size, less `SHORT`; NaN where the guard fires once more, or less."""
         found = self._least(trial, like)
         return np.nan if found is None else found[0] / self.size - SHORT
 

@@ -95,7 +95,7 @@ class Guards:
         return OF_SLIDING if sliding else OF_GAPS
 
     def count(self, guard: int, events: np.ndarray) -> int:
-        """How many events of an orbit are of a guard's contact and kinds."""
+        """Number of an orbit's events that are of a guard's contact and kinds."""
         return int(
             np.sum((events[:, CONTACT] == self.owner(guard)) & np.isin(events[:, KIND], self.kinds(guard)))
         )

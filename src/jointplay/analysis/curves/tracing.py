@@ -152,7 +152,7 @@ def starts_of(
 
 
 def _before(branch: Branch, special: Special) -> Point:
-    """Of the two points beside a grazing the one with fewer events."""
+    """Point next to a grazing that has fewer events."""
     at = next(i for i, point in enumerate(branch.points) if point is special.point)
     beside = [branch.points[i] for i in (at - 1, at + 1) if 0 <= i < len(branch.points)]
     others = [point for point in beside if not alike(point, special.point)]

@@ -1,4 +1,4 @@
-"""Covariant Lyapunov vectors through contact: which directions grow and shrink, and what moves in them.
+"""Covariant Lyapunov vectors through contact: directions that grow or shrink, and the parts that move.
 
 Each exponent has a direction of its own that the tangent flow, with the jumps at every event, takes into
 itself: a small push along the first one grows for good, one along the last only decays. They are found from a
@@ -48,7 +48,7 @@ WORDS = {"crank": "the crank's motion", "bending": "the bending of links"}
 
 
 def answer(result: xr.Dataset) -> str:
-    """What takes part in the direction that grows most, its angle with the others, and doubts.
+    """The parts in the direction that grows most, its angle with the others, and doubts.
 
     A direction counts as growing where its exponent is above 0 by more than three standard errors.
     """
@@ -165,7 +165,7 @@ def covariant(
     settling: Length = 20,
     **motion: Unpack[Lasting],
 ) -> xr.Dataset:
-    """Give the covariant Lyapunov vectors of a motion, and what takes part in each.
+    """Give the covariant Lyapunov vectors of a motion, and the share of each part in them.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ class Vectors(NamedTuple):
 
 
 class Point(NamedTuple):
-    """What is known at a section point: its block, C, and the vectors' shares of parts (rows)."""
+    """A section point: its block, C, and the vectors' shares of parts (rows)."""
 
     block: Block
     C: np.ndarray
@@ -38,7 +38,7 @@ class Point(NamedTuple):
 
 
 class Findings:
-    """What the vectors of a motion, block by block, come to.
+    """Findings on the vectors of a motion, gathered block by block.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class Findings:
 
     @property
     def count(self) -> int:
-        """How many vectors there are all the way."""
+        """Number of vectors that last all the way."""
         return min(self.sums.shape[1], *(len(each) for each in self.residuals))
 
     @property

@@ -96,7 +96,7 @@ class Recorder:
 
     @property
     def left(self) -> int:
-        """How many directions are left."""
+        """Number of directions left."""
         return self.Q.shape[1]
 
     @property
@@ -143,7 +143,7 @@ class Recorder:
         d[: self.Q.shape[1], 1:] = (self.Q * self.scale[:, None]).T
 
     def _without_lost(self, image: np.ndarray, Q: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Give up what an event has left to rounding: a direction, and those after it."""
+        """Give up a direction that an event has left to rounding, and the directions after it."""
         gone = np.flatnonzero(np.diag(R) <= LOST * np.linalg.norm(image, axis=0))
         if not gone.size:
             return Q, R

@@ -130,7 +130,7 @@ def grown(
 
 
 def _alike(model: Model, asked: Stretch) -> bool:
-    """Whether lanes carry the tangents that are asked for: one of what nothing outside keeps the time of."""
+    """Whether lanes can carry the tangents: a single one, of an autonomous linkage without memories."""
     alone = asked.count == 1 and model.links and not model.memories
     return bool(alone) and section_exponents.timeless(model)
 

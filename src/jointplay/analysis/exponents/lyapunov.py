@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 
 def number_or_all(given: Any) -> Any:
-    """Refuse what is no number of exponents."""
+    """Refuse all but a number of exponents, or `all`."""
     if given == "all" or (isinstance(given, int) and not isinstance(given, bool) and given >= 1):
         return given
     raise refuse(given, 'a whole number greater than 0, or "all", is accepted')
@@ -64,7 +64,7 @@ def exponents_fit(mechanism: Mechanism | TestSystem, exponents: int | str) -> It
 
 
 def directions(model: Model) -> int:
-    """How many exponents there are: what laws of contact remember is no direction of its own."""
+    """Number of exponents: one a state, without the memories of contact laws."""
     return len(model.state) - model.memories
 
 
@@ -91,7 +91,7 @@ def _ensemble_fits(
 
 
 def largest(result: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray, str, str]:
-    """The largest exponent and its error, what it is called and per what it counts.
+    """The largest exponent, its error, its name, and ``per turn`` or ``per second``.
 
     The section map's where the result has it, else the flow's, whose zero tells nothing.
     """
@@ -117,7 +117,7 @@ def verdict(result: xr.Dataset) -> xr.DataArray:
 
 
 def answer(result: xr.Dataset) -> str:
-    """The largest exponent and what it says; a second line on what was checked."""
+    """The largest exponent and its verdict; a second line on the checks."""
     value, error, name, per = largest(result)
     word = str(verdict(result).item())
     if math.isnan(float(value)):

@@ -1,4 +1,4 @@
-"""What takes part in a tangent: shares of the crank, of each joint's play and of bending.
+"""Participation of parts in a tangent: shares of the crank, of each joint's play and of bending.
 
 A linkage moves in as many ways as it has coordinates q: the crank turns with every journal held in its
 bearing, a journal moves in its bearing, a link bends. These are other coordinates z(q): the crank's angle,

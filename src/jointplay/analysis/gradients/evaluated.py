@@ -171,7 +171,7 @@ class Run:
         return found
 
     def _by_balance(self, works: dict[str, tuple], after: tuple, before: tuple) -> np.ndarray:
-        """Derivatives of what the joints take: what the other works leave over of the change of energy."""
+        """Derivatives of the joints' work: the remainder of the energy balance."""
         slope = sum(WORK[word][1] * rates for word, (_, rates) in works.items() if word != "joints")
         for sign, (row, dx, dt) in ((-1, after), (1, before)):
             slope = slope + sign * sum(self._here(row, key, dx, dt)[1] for key in ENERGIES)

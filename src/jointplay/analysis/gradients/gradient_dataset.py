@@ -51,7 +51,7 @@ def variables(
 
 
 def nearness(near: tuple[float, float, float]) -> dict[str, Any]:
-    """How near the motion is to where derivatives end: as `evaluated.nearness` gives it."""
+    """Nearness of the motion to places where derivatives end, as `evaluated.nearness` gives it."""
     words = {
         "grazing": "slowest event: of a guard relative to its terms, of a gap to the fastest",
         "nearest_events": "shortest time between events of two contacts, over the period",
@@ -61,7 +61,7 @@ def nearness(near: tuple[float, float, float]) -> dict[str, Any]:
 
 
 def of_orbit(state: np.ndarray, moves: np.ndarray) -> dict[str, Any]:
-    """Where an orbit starts, and how that moves with each parameter (a row each)."""
+    """Starting state of an orbit, and its derivatives in each parameter (a row each)."""
     units = "in rad, m and their rates, or a system's own units"
     return {
         "orbit_state": number("state", state, "1", f"state where the orbit starts, {units}"),

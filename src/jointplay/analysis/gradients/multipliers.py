@@ -1,4 +1,4 @@
-"""How the multipliers of a periodic orbit change with a parameter.
+"""Derivatives of the multipliers of a periodic orbit in a parameter.
 
 A multiplier mu is an eigenvalue of DP, the derivative of a section map at its fixed point x, which moves by
 dx/dp = (I - DP)^-1 dP/dp (analysis.orbits.section_map). With both eigenvectors, DP v = mu v, w^H DP = mu w^H,
@@ -49,7 +49,7 @@ class Change(NamedTuple):
 
 
 def change(orbit: Orbit, maps: Callable[[float], SectionMap], value: float, key: str) -> Change:
-    """How DP and the duration of periodic orbits change with a parameter.
+    """Derivatives of DP and of the duration of periodic orbits in a parameter.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _differentiated(listed: Callable[[float], np.ndarray], value: float) -> tupl
 def derivatives(
     orbit: Orbit, changes: Sequence[Change], asked: Sequence[tuple[str, int]]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
-    """Numbers of multipliers, their derivatives and errors; whether one that is asked for is not simple.
+    """Numbers of multipliers, their derivatives and errors; whether a wanted one is not simple.
 
     Parameters
     ----------

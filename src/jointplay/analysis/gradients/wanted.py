@@ -1,4 +1,4 @@
-"""What can be differentiated, and by what: names of quantities and of parameters, and their checks."""
+"""Names of the quantities and parameters of derivatives, and their checks."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def known_quantities(mechanism: Mechanism | TestSystem, orbit: bool = False) -> 
 
 
 def _works(mechanism: Mechanism) -> dict[str, bool]:
-    """Which works there are."""
+    """Names of all works, and whether the mechanism has each."""
     parts = {"links": mechanism.elastic_links, "springs": mechanism.springs, "loads": mechanism.loads}
     return {word: bool(parts.get(word, True)) for word in WORK}
 
@@ -93,7 +93,7 @@ def _rigid(joint) -> bool:
 
 
 def usual_quantities(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
-    """What is differentiated if nothing is named."""
+    """Quantities that are differentiated by default."""
     if isinstance(mechanism, TestSystem):
         return tuple(name for name in known_quantities(mechanism) if name.startswith("end:"))
     soft = [name for joint in mechanism.clearance_joints if not _rigid(joint) for name in joint.contacts]
@@ -101,7 +101,7 @@ def usual_quantities(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
 
 
 def usual_parameters(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
-    """By what, if nothing is named: joints' clearances and contacts, friction, links' masses, the drive."""
+    """Default parameters: joints' clearances and contacts, friction, links' masses, the drive."""
     if isinstance(mechanism, TestSystem):
         return tuple(each.key for each in Parameter.of(mechanism))
     keys = []

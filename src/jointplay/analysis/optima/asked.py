@@ -1,4 +1,4 @@
-"""What an optimisation is asked for, and its checks: variables with bounds, an aim, constraints."""
+"""Checks of an optimisation: variables with bounds, an aim, constraints."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def aim_fits(
     subject: Any,
     orbit: bool,
 ) -> Iterator[Problem]:
-    """Yield the problems of what is made least and of constraints."""
+    """Yield the problems of the aim and of constraints."""
     if least and most:
         yield Problem("most", most, "one of least and most is accepted")
     if not (least or most or keep or subject):

@@ -20,7 +20,7 @@ SMALLEST = 1e-6  # half width of a box, in the variables' ranges
 
 
 def descended(trials: Trials, aim: Aim, x: np.ndarray, tolerance: float, most: int) -> tuple[str, Trial]:
-    """How a descent from x ended (a word of `ENDS`), and the best trial of it."""
+    """Descend from x: the reason of the end (a word of `ENDS`), and the best trial."""
     made, reach = len(trials.made), 1.0
     start = trials.at(x)
     if start.status:

@@ -232,7 +232,7 @@ def _told(least: str | None, most: str | None) -> str:
 
 
 def opened(trials: Trials, aim: Aim, x: np.ndarray, tolerance: float, most: int) -> tuple[str, Trial, float]:
-    """How the last descent ended, its best trial, and the share of play up to which constraints are kept.
+    """Descend as play opens: the last end, the best trial, and the share of play that keeps the constraints.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ INVALID = STATUS.index("not_converged")
 
 @dataclass(frozen=True)
 class Trial:
-    """What was found at a design: its quantities and their derivatives in the scaled variables.
+    """Evaluation of a design: its quantities and their derivatives in the scaled variables.
 
     `share` of the clearance, 0 with ideal joints. `status`: index into `STATUS`; all but 0: no motion to
     differentiate. `verdict`: index into `VERDICTS`. `orbit`, `moves`: where the periodic orbit starts, and
@@ -95,7 +95,7 @@ class Trials:
         return self.mechanism.varied(dict(zip(self.by, map(float, self.low + self.width * x), strict=True)))
 
     def at(self, x: np.ndarray) -> Trial:
-        """What is found at a design, in the list of those made."""
+        """Evaluate a design, once, and keep it in the list of trials."""
         key = np.asarray(x, dtype=float).tobytes()
         if key not in self.known:
             self.known[key] = self.tried(np.array(x, dtype=float))
@@ -104,7 +104,7 @@ class Trials:
         return self.known[key]
 
     def tried(self, x: np.ndarray) -> Trial:
-        """What is found at a design."""
+        """Evaluate a design."""
         look()
         n, m = len(self.quantities), len(x)
         try:
@@ -135,7 +135,7 @@ class Trials:
 
 @dataclass(frozen=True)
 class Aim:
-    """What is made least, and what is asked for: of values q, f = q_least, and low <= q <= high.
+    """Aim and constraints on values q: f = q_least is to be least, with low <= q <= high.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ class Aim:
         return float(self.sign * trial.values[self.least] / self.units[self.least])
 
     def shown(self, trial: Trial) -> float:
-        """What is made least or largest, in its own units."""
+        """Value of the aim, in its own units."""
         return self.value(trial) if self.least is None else float(trial.values[self.least])
 
     def slope(self, trial: Trial) -> np.ndarray:
@@ -180,7 +180,7 @@ class Aim:
         return self.sign * trial.slopes[self.least] / self.units[self.least]
 
     def margins(self, trial: Trial) -> np.ndarray:
-        """How far each constraint is kept, negative where it is not, in units of its quantity."""
+        """Margin of each constraint, negative where it is not kept, in units of its quantity."""
         rows, sides = np.nonzero(np.isfinite(self.limits))
         beyond = trial.values[rows] - self.limits[rows, sides]
         return np.where(sides == 0, beyond, -beyond) / self.units[rows]

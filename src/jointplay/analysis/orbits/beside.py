@@ -1,4 +1,4 @@
-"""What lies beside a point of a branch: orbits with other events, the same orbit on another section."""
+"""Neighbours of a point of a branch: orbits with other events, the same orbit on another section."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SMALL = 1e-4  # steps so small that any turn is accepted
 
 
 def outside(q: Any) -> np.ndarray:
-    """Which parameters are beyond their ranges."""
+    """Indices of the parameters that are beyond their ranges."""
     q = np.atleast_1d(q)
     return np.flatnonzero((q < 0.0) | (q > 1.0))
 

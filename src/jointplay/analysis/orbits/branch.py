@@ -1,4 +1,4 @@
-"""Tracing a branch of periodic orbits: predict, correct, find what has changed, choose the next step.
+"""Tracing a branch of periodic orbits: predict, correct, detect changes, choose the next step.
 
 Within a piece of a branch orbits have the same events. Where these change (an event appears or vanishes:
 grazing) the point is enclosed by bisection, and the branch goes on beyond it if it can; else it ends there.

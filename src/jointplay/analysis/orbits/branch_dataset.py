@@ -223,7 +223,7 @@ def filled(table: Sequence[Sequence[dict[str, Any]]], blank: dict[str, Any]) -> 
 
 
 def coordinates(table: Sequence[Sequence[Any]], of: str) -> dict[str, Any]:
-    """Numbers of branches and of their points, and their ends; `of`: what branches are called."""
+    """Numbers of branches and of their points, and their ends; `of`: the noun for a branch."""
     size = max(map(len, table), default=0)
     return {
         **labelled({of: (np.arange(len(table)), "1", of)}, of),
@@ -233,7 +233,7 @@ def coordinates(table: Sequence[Sequence[Any]], of: str) -> dict[str, Any]:
 
 
 def ends(branches: Sequence[Branch], of: str) -> dict[str, Any]:
-    """How many points each branch has, and why it ends; `of`: what branches are called."""
+    """Number of points of each branch, and the reasons of its ends; `of`: the noun for a branch."""
     found = np.reshape([[ENDS.index(end) for end in branch.ends] for branch in branches], (-1, 2))
     reasons = coded((of, "end"), found, f"why a {of} ends there", ENDS)
     reasons[2]["comment"] = "; ".join(f"{end}: {why}" for end, why in WHY.items())

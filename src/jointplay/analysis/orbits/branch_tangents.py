@@ -1,4 +1,4 @@
-"""Derivatives along a branch of what is kept of its orbits.
+"""Derivatives along a branch: of states, numbers and quantities of its orbits.
 
 From a point z of the branch with tangent t the motions that start at z + h t and z - h t, each with its own
 parameter, are followed as the orbit is; what is evaluated of both gives

@@ -1,4 +1,4 @@
-"""A family of section maps over one parameter or two, and what the pseudo-arclength method makes of it."""
+"""A family of section maps over one parameter or two, for the pseudo-arclength method."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from jointplay.solver.mechanism.directions import Directions, stacked
 
 
 class Condition(Protocol):
-    """What holds of the orbits of a curve in two parameters, beside that they close.
+    """Condition on the orbits of a curve in two parameters, besides closing.
 
     `sided`: whether it has a meaning on one side of the curve only.
     """
@@ -33,7 +33,7 @@ class Condition(Protocol):
         """Functions that change sign where the curve meets another one, beyond a point."""
 
     def genuine(self, kind: str, point: Point) -> bool:
-        """Whether a zero of such a function is what its name says."""
+        """Whether the zero of such a function is a genuine point of its kind."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Family:
         return section, section.state(z[: -self.count] * like.unit)
 
     def directions(self, q: Any, like: SectionMap) -> Directions:
-        """How the numbers behind the maps change with each parameter, at fractions q of the ranges."""
+        """Derivatives of the numbers behind the maps in each parameter, at fractions q of the ranges."""
         values = np.atleast_1d(np.asarray(self.parameter(q), dtype=float))
 
         def along(k: int) -> Directions:

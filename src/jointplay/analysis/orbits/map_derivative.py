@@ -17,7 +17,7 @@ from jointplay.solver.mechanism.directions import Directions, along
 def direction(
     maps: Callable[[float], SectionMap], value: float, key: str = "parameter", precise: bool = True
 ) -> Directions:
-    """How the numbers behind section maps change with a parameter.
+    """Derivatives of the numbers behind section maps in a parameter.
 
     Parameters
     ----------

@@ -60,7 +60,7 @@ def solved(section: SectionMap, state: np.ndarray, settings: Search) -> Orbit:
 
 
 def lost(section: SectionMap, status: int) -> Orbit:
-    """What a search that failed gives."""
+    """Orbit of a search that failed: its status, and NaN."""
     state = np.full_like(section.model.state, np.nan)
     return Orbit(status, section, state, Image(status, state), math.nan, 0)
 

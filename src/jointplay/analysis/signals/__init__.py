@@ -1,1 +1,1 @@
-"""What samples of a motion tell: 0-1 test, spectrum, dimension."""
+"""Signals of a motion: 0-1 test, spectrum, dimension."""

@@ -39,7 +39,7 @@ class Slope(NamedTuple):
 
     @property
     def error(self) -> float:
-        """The larger of the two errors that are known: each tells of what the other does not see."""
+        """The larger of spread and standard error, as far as they are known."""
         return float(np.fmax(self.spread, self.standard_error))
 
 

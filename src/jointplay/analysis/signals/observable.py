@@ -73,7 +73,7 @@ def _known(name: str, names: tuple[str, ...], key: str, what: str) -> str:
 
 
 def series(dataset: xr.Dataset, word: str, label: str) -> xr.DataArray:
-    """The values of a quantity in a result, over time or turns alone; its long name says of what."""
+    """The values of a quantity in a result, over time or turns alone; its long name holds the label."""
     array = dataset[word]
     for dim in [dim for dim in array.dims if dim not in ("time", "turn")]:
         array = array.sel({dim: label}, drop=True)
@@ -89,6 +89,6 @@ def named(array: xr.DataArray) -> dict[str, str]:
 
 
 def too_few(result: xr.Dataset, count: int, more: str = "") -> str:
-    """How many samples there are and how many are needed, where that is why nothing is known."""
+    """Remark on too few samples: their number and the number needed; empty where there are enough."""
     least = int(result.get("n_least", 0))
     return f": {count} samples{more}, at least {least} are needed" if count < least else ""

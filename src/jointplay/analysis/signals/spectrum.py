@@ -47,7 +47,7 @@ _WINDOW = "the name of a window of scipy.signal.get_window that needs no number"
 
 
 def answer(result: xr.Dataset) -> str:
-    """Where the spectrum is highest, and the size of the signal."""
+    """The frequency at which the spectrum is highest, and the size of the signal."""
     density, frequency = result["power_spectral_density"].values, result["frequency"].values
     beyond = np.isfinite(density) & (frequency > 0)
     if not beyond.any():

@@ -91,7 +91,7 @@ def answer(result: xr.Dataset) -> str:
 
 
 def _on_saddles(result: xr.Dataset) -> str:
-    """How many of the nodes reach orbits that attract nothing."""
+    """Remark on the number of nodes that reach periodic orbits that attract nothing."""
     if "node_status" not in result:
         return ""
     count = int(np.sum(codes.words(result["node_status"]).values == "saddle"))
@@ -289,7 +289,7 @@ def _ended(starts, values, observation, progress, n_jobs, before: int = 0, possi
 
 
 def _adaptive(starts, axes, levels: int, extra, observation, progress, n_jobs):
-    """As `_ended`, of all nodes and then of `extra` starts; what the dataset says of the map.
+    """As `_ended`, of all nodes and then of `extra` starts; also the dataset's variables on the refinement.
 
     Nodes are followed where others end elsewhere.
     """

@@ -35,7 +35,7 @@ BAD, STOPPED = STATUS.index("bad_parameters"), STATUS.index("not_converged")
 
 @dataclass(frozen=True)
 class Observation:
-    """How motions are followed to their ends.
+    """Settings with which motions are followed to their ends.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def shortest_period(points: np.ndarray, longest: int, tolerance: float) -> int:
 def section_states(
     base: Model, starts: list[Model], drop: int, observation: Observation
 ) -> list[tuple[np.ndarray, int, int]]:
-    """Of each start, states at the section after `drop` turns (turns, states), status and way (`WAYS`)."""
+    """States of each start at the section after `drop` turns (turns, states), status and way (`WAYS`)."""
     requests = [_request(base, start, drop, observation) for start in starts]
     if observation.ensemble:
         records = follow_ensemble(starts, requests)

@@ -68,7 +68,7 @@ class Plan:
 
     @property
     def spread(self) -> float:
-        """Spread of section points that count as one: as asked, or what `rtol` resolves."""
+        """Spread of section points that count as one: the given tolerance, or the resolution of `rtol`."""
         return max(TOLERANCE, SPREAD * self.rtol) if self.tolerance is None else self.tolerance
 
 

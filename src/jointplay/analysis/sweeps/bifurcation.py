@@ -76,7 +76,7 @@ def _section_fits(varied: Mechanism | TestSystem, section: Section) -> None:
 
 
 def record_fits(varied: Mechanism | TestSystem, record: Sequence[str] | None) -> None:
-    """Refuse quantities that what is varied does not have."""
+    """Refuse quantities that the varied mechanism does not have."""
     names(record, varied)
 
 
@@ -102,7 +102,7 @@ def _exponents_fit(varied: Mechanism | TestSystem, exponents: int) -> Iterator[P
 
 
 def lanes_fit(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: float) -> list[Problem]:
-    """Rule: motions of what is varied can be followed eight at once, where `ensemble` asks for it."""
+    """Rule: motions of the varied mechanism can be followed eight at once, where `ensemble` wants it."""
     return ensemble_fits(varied, ensemble, rtol)
 
 

@@ -36,7 +36,7 @@ def numbered(dim: str, count: int, name: str, first: int = 0) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Sweep:
-    """Which motions are followed, in which order, and from where."""
+    """Motions of a sweep: the grid of parameters, the directions and the starts."""
 
     mechanism: Mechanism | TestSystem
     axes: tuple[Axis, ...]
@@ -117,7 +117,7 @@ class Sweep:
         return [keys[at] for at in np.ndindex(self.shape)]
 
     def warm(self) -> None:
-        """Compile what the first and the last point need, so that workers find it on the disk."""
+        """Compile the code that the first and the last point need, so that workers find it on the disk."""
         for corner, carried in product((0, -1), {way != "reset" for way in self.directions}):
             brief = replace(self._plan(carried), turns=1, transient=0, lyapunov_turns=1)
             change = {axis.key: axis.values[corner] for axis in self.axes}
@@ -190,7 +190,7 @@ class Chain:
         return self if self.plan.ensemble and not self.carried else self._at([0])
 
     def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Chain | None:
-        """Give what is to run still: a carried point depends on those before it."""
+        """Give the unfinished points: a carried point depends on the points before it."""
         missing = [i for i, key in enumerate(self.keys) if key not in done]
         if not missing or not self.carried:
             return self._at(missing) if missing else None
@@ -235,7 +235,7 @@ class Abreast:
         return Abreast(tuple(chain.sample() for chain in self.own))
 
     def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Abreast | None:
-        """Give what is to run still."""
+        """Give the unfinished chains; None if all are finished."""
         rest = [left for chain in self.own if (left := chain.left(done, answers)) is not None]
         return Abreast(tuple(rest)) if rest else None
 

@@ -170,7 +170,7 @@ class _Stack:
         return (*self.grid.dims, *self._dims(field.dims)), full.reshape(shape), thawed(field.attrs)
 
     def _counts(self) -> dict[str, Any]:
-        """How many entries each cell has along dimensions where cells differ."""
+        """Number of entries of each cell along dimensions where cells differ."""
         counts = {}
         for dim in self.survey.sizes:
             each, name = self.survey.lengths(dim), self._free(dim)
@@ -181,7 +181,7 @@ class _Stack:
         return counts
 
     def _ends(self) -> dict[str, Any]:
-        """How each cell ended."""
+        """Status of the sweep and of each cell."""
         status, trouble = self.survey.status, np.array(self.survey.trouble, dtype=str)
         bad, dims, shape = status[status != 0], self.grid.dims, self.grid.shape
         return {

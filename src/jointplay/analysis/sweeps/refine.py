@@ -44,7 +44,7 @@ def refine_fits(refine: int, direction: tuple[str, ...]) -> Iterator[Problem]:
 
 
 def look(answer: Entry) -> Look:
-    """What decides of a point's answer whether others are like it."""
+    """Features of a point's answer that decide whether others are like it."""
     values = answer["dataset"].values if "dataset" in answer else []
     fields = answer["dataset"].layout.fields if "dataset" in answer else []
     found = {field.name: np.ravel(value) for field, value in zip(fields, values, strict=True)}

@@ -104,7 +104,7 @@ class Survey:
         return sizes | {dim: len(names) for dim, names in self.labels.items()}
 
     def lengths(self, dim: str) -> list[int]:
-        """How many entries each cell has along a dimension."""
+        """Number of entries of each cell along a dimension."""
         return [0 if form is None else form.sizes.get(dim, 0) for form in self.form]
 
     def attributes(self) -> Iterator[tuple[str, Any]]:

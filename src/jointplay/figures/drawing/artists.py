@@ -156,7 +156,7 @@ def broken(label: str, longest: int = LONGEST) -> str:
 
 
 def name_axes(ax: Axes, x: DataArray, x_unit: Shown, y: DataArray, y_unit: Shown) -> None:
-    """Label both axes with what they show and its unit."""
+    """Label both axes with their quantity and its unit."""
     from jointplay.figures.drawing.ticks import Degrees
 
     ax.set_xlabel(broken(axis_label(x, x_unit)))

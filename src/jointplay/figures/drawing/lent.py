@@ -1,4 +1,4 @@
-"""Axes of somebody else's figure in the place of a figure of our own, for what has one panel."""
+"""Axes of somebody else's figure in the place of a figure of our own, for drawings of one panel."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Panel:
         return self.ax.figure.colorbar(mesh, **look)
 
     def findobj(self, *match: Any) -> list[Any]:
-        """Find what is drawn in the axes."""
+        """Find artists in the axes."""
         return self.ax.findobj(*match)
 
     def suptitle(self, words: str, **look: Any) -> None:

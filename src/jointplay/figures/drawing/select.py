@@ -1,4 +1,4 @@
-"""Selection of what a figure shows from a dataset, with errors that name what exists."""
+"""Selection of a figure's content from a dataset, with errors that name the valid choices."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def label(dataset: Dataset, dim: str, given: str | None) -> str:
 
 
 def names(dataset: Dataset, dim: str) -> list[str]:
-    """Return what can be drawn over `dim`: numeric variables, then a test system's states by their labels."""
+    """Return the names that can be drawn over `dim`: numeric variables, then labels of a system's states."""
     drawn = [
         name for name, array in dataset.data_vars.items() if dim in array.dims and array.dtype.kind in "fiu"
     ]
@@ -111,7 +111,7 @@ def title(array: DataArray) -> str:
 
 
 def in_contact(dataset: Dataset, joint: str, dim: str = "time") -> np.ndarray | None:
-    """Where the journal feels the bearing, as booleans along `dim`; None where modes are not recorded.
+    """Booleans along `dim`, true where the journal feels the bearing; None where modes are not recorded.
 
     `free` and `released` carry no force, all other modes do.
     """

@@ -1,4 +1,4 @@
-"""How every figure looks: one table of settings, two column widths, one palette.
+"""Style of every figure: one table of settings, two column widths, one palette.
 
 Widths and type sizes follow what mechanics and dynamics journals print (columns of 84-90 and 174-190 mm,
 8-9 pt sans-serif, embedded TrueType). Colours differ in lightness as well as in hue: a grey print keeps them.
@@ -75,7 +75,7 @@ TALL = 0.5  # height over width from which a sheet keeps its shape where its wid
 
 
 class Asked(NamedTuple):
-    """What was asked of a figure beside its content: width in mm, font, where it is drawn, beside what."""
+    """Settings of a figure besides its content: width in mm, font, axes to draw in, results drawn with it."""
 
     width: float | None = None
     font: str | None = None
@@ -123,7 +123,7 @@ def paper(settings: dict[str, Any] | None = None) -> Iterator[None]:
 
 
 def sheet(width: float, height: float) -> Sheet | SubFigure | Panel:
-    """Return an empty figure, of `width` and `height` in mm, or what was asked to be drawn in instead."""
+    """Return an empty figure, of `width` and `height` in mm, or the user's axes or subfigure instead."""
     from matplotlib.axes import Axes
 
     from jointplay.figures.drawing.saved import Sheet

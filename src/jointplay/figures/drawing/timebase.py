@@ -23,14 +23,14 @@ SNAP = 2e-3  # turns by which an axis may be longer, to end with a whole turn
 
 @dataclass(frozen=True)
 class Base:
-    """A time axis given by knots: what it shows (`values`) at which `times` in s, straight lines between."""
+    """A time axis given by knots: `values` at `times` in s, and straight lines between them."""
 
     label: str
     times: np.ndarray
     values: np.ndarray
 
     def forward(self, time):
-        """Return what the axis shows at `time` in s."""
+        """Return the value on the axis at `time` in s."""
         return stretch(time, self.times, self.values)
 
     def inverse(self, value):

@@ -1,4 +1,4 @@
-"""Covariant vectors: what takes part in each, and how near subspaces come to each other."""
+"""Covariant vectors: shares of the parts in each, and angles between subspaces."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def covariant(dataset: Dataset, *, vectors: int | None = None) -> Figure:
 
 
 def share_panel(ax: Axes, dataset: Dataset) -> None:
-    """Draw a bar for each vector, divided by its parts, with its exponent beside it."""
+    """Draw a bar for each vector, divided by its parts, and its exponent next to the bar."""
     from matplotlib.colors import to_hex
 
     shares, numbers = dataset["mean_share"].values, dataset["vector"].values

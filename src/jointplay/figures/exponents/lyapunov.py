@@ -74,7 +74,7 @@ def trace_panel(ax: Axes, dataset: Dataset, factor: float, per: str) -> None:
 
 
 def vertical(ax: Axes, finals: np.ndarray, errors: np.ndarray) -> None:
-    """Set the scale and limits of the axis by the final values, not by what the means begin with."""
+    """Set the scale and limits of the axis by the final values, not by the first means."""
     sizes = np.abs(finals[np.isfinite(finals)])
     sure = np.abs(finals[np.abs(finals) > ERRORS * np.nan_to_num(errors)])
     sure = sure[np.isfinite(sure) & (sure > 0)]

@@ -53,5 +53,5 @@ def moment(ax: Axes, loose, i: int, first: int) -> symbols.Artists:
 
 
 def spots(loose, i: int) -> np.ndarray:
-    """Where contacts are pushed from, shape (1, 2)."""
+    """Places from which contacts push, shape (1, 2)."""
     return loose.journal[i]

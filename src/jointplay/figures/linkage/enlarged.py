@@ -14,18 +14,18 @@ if TYPE_CHECKING:
 
 
 def of(joint: Joint) -> ModuleType:
-    """What draws a joint enlarged."""
+    """Module that draws a joint enlarged."""
     return guide if joint.prismatic else bearing
 
 
 def frame(ax: Axes, joint: Joint, **title) -> None:
-    """Draw what does not move, under the joint's name."""
+    """Draw the fixed part of a joint, under the joint's name."""
     of(joint).frame(ax, joint)
     place = "on" if joint.prismatic else "in"
     ax.set_title(f"{joint.name}: {joint.journal.link} {place} {joint.bearing.link}", **title)
 
 
 def legend(figure: Figure, modes: set[str]) -> None:
-    """Say what the marks of corners mean."""
+    """Add a legend for the marks of corners."""
     if modes:
         figure.legend(handles=guide.legend(modes), loc="outside lower center", ncols=7)

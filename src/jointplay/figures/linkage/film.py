@@ -105,7 +105,7 @@ def history(ax: Axes, scene: Scene) -> None:
 
 
 def moment(scene: Scene, axes: dict[str, Axes], i: int) -> symbols.Artists:
-    """Draw what moves, at one sample."""
+    """Draw the moving parts, at one sample."""
     pose = scene.pose(i)
     found = scene.sketch.draw(axes["l"], pose)
     place = {"transform": axes["l"].transAxes, "ha": "left", "va": "bottom"}

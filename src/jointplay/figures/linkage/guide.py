@@ -101,7 +101,7 @@ def moment(ax: Axes, loose, i: int, first: int) -> symbols.Artists:
 
 
 def mark(mode: str) -> dict:
-    """How a corner in a mode looks: dark and filled in contact, light and hollow in flight."""
+    """Style of a corner in a mode: dark and filled in contact, light and hollow in flight."""
     sign, filled, _ = MARKS[mode]
     edge = style.IN_CONTACT["color"] if filled else style.AMBER
     look = {"markerfacecolor": edge if filled else "white", "markeredgecolor": edge, "linestyle": "none"}
@@ -116,5 +116,5 @@ def legend(modes: set[str]) -> list[Line2D]:
 
 
 def spots(loose, i: int) -> np.ndarray:
-    """Where contacts are, shape (4, 2)."""
+    """Places of contacts, shape (4, 2)."""
     return places(loose.ways[i])

@@ -89,7 +89,7 @@ def whole(ax: Axes, linkage: Mechanism, pose: Pose) -> Sketch:
 
 
 def remarks(linkage: Mechanism) -> list[str]:
-    """Return a line each on what drives and loads the mechanism, and on joints that are not shown."""
+    """Return a line each on the drive and loads of the mechanism, and on joints that are not shown."""
     lines = [f"Drive: {linkage.drive.description}"] if linkage.drive else []
     lines += [f"{part.name}: {part.description}" for part in (*linkage.springs, *linkage.loads)]
     rest = len(linkage.clearance_joints) - MOST

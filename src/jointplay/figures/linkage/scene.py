@@ -57,7 +57,7 @@ class Scene:
         return names, self.motion["angle"].transpose("time", "link").values, origins
 
     def pose(self, i: int) -> Pose:
-        """Where the links are."""
+        """Pose of the links."""
         names, angles, origins = self._poses
         return Pose(dict(zip(names, angles[i], strict=True)), dict(zip(names, origins[i], strict=True)))
 
@@ -125,7 +125,7 @@ class Loose:
 
     @cached_property
     def ways(self) -> np.ndarray:
-        """How far corners are on their ways to their faces, in clearances, shape (time, 4)."""
+        """Progress of corners towards their faces, in clearances, shape (time, 4)."""
         poses = map(self.scene.pose, range(self.scene.times.size))
         angles = np.array([pose.direction(self.joint.bearing) for pose in poses])
         normal = np.stack([-np.sin(angles), np.cos(angles)], -1)
@@ -155,7 +155,7 @@ class Loose:
         return float(np.max(np.abs(self.force), initial=1e-300))
 
     def pushes(self, i: int) -> list[tuple[int, float, float]]:
-        """Of contacts with a force worth drawing: which one, its direction, rad, its share of the largest."""
+        """Contacts with a force worth drawing: number, direction, rad, and share of the largest force."""
         along = self.scene.pose(i).direction(self.joint.bearing) + np.pi / 2
         found = []
         for k, share in enumerate(np.maximum(self.force[i], 0.0) / self.peak):

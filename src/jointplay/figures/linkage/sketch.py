@@ -77,7 +77,7 @@ class Sketch:
         return [joint for joint in self.mechanism.clearance_joints if joint.prismatic]
 
     def draw(self, ax: Axes, pose: Pose, actions: bool = True) -> Artists:
-        """Draw everything but names in a pose, drive and loads if asked; return what was drawn."""
+        """Draw everything but names in a pose, drive and loads if `actions`; return the artists."""
         return [
             *self._guides(ax, pose),
             *self._links(ax, pose),
@@ -109,7 +109,7 @@ class Sketch:
         return self.factor * pose.point(pin)
 
     def contacts(self, pose: Pose, joint: Joint) -> np.ndarray:
-        """Where contacts of a joint are, in the units of the axes: corners of a slider, or the journal."""
+        """Places of contacts of a joint, in the units of the axes: corners of a slider, or the journal."""
         spot = self.at(pose, joint.journal)
         if not joint.prismatic:
             return spot[None]
@@ -180,7 +180,7 @@ class Sketch:
         return found
 
     def _hinge(self, pose: Pose, links: tuple[str, str]) -> np.ndarray:
-        """Where two links meet, or the middle of the first that moves."""
+        """Point at which two links meet, or the middle of the first that moves."""
         for joint in self.mechanism.joints:
             if joint.links == {*links}:
                 return self.at(pose, joint.journal)
@@ -202,11 +202,11 @@ class Sketch:
         return found
 
     def _spot(self, pose: Pose, load: Force | Torque) -> np.ndarray:
-        """Where a load is drawn: a torque at the middle of its link."""
+        """Point at which a load is drawn: for a torque the middle of its link."""
         return self.bar(pose, load.link).mean(axis=0) if load.twists else self.at(pose, load.on)
 
     def _axle(self, pose: Pose, link: str) -> np.ndarray:
-        """Where a link turns on the ground, m; else its origin."""
+        """Point at which a link turns on the ground, m; else its origin."""
         for joint in self.mechanism.joints:
             if joint.links == {link, GROUND} and not joint.prismatic:
                 return pose.point(joint.journal)
@@ -251,7 +251,7 @@ class Sketch:
 
 
 def gravity(ax: Axes, mechanism: Mechanism, points: np.ndarray) -> None:
-    """Draw the direction of gravity in the corner of the axes that is farthest from what is drawn."""
+    """Draw the direction of gravity in the corner of the axes that is farthest from the drawing."""
     from matplotlib.patches import FancyArrowPatch
     from matplotlib.transforms import Affine2D, ScaledTranslation
 

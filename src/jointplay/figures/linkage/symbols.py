@@ -66,7 +66,7 @@ def pin(ax: Axes, point, loose: bool) -> Artists:
 
 
 def guide(ax: Axes, ends: np.ndarray, angle: float, stroke: float) -> Artists:
-    """Draw what a slider slides on: a line below the block, with strokes so far apart where it is ground."""
+    """Draw a slider's guide: a line below the block, with strokes so far apart where it is ground."""
     from matplotlib.transforms import ScaledTranslation
 
     down = np.array([np.sin(angle), -np.cos(angle)]) * (1.0 if np.cos(angle) > -1e-9 else -1.0)
@@ -136,7 +136,7 @@ def arrow(ax: Axes, point, angle: float, length: float = 9.0, colour: str = ACTI
 
 
 def turning(ax: Axes, point, positive: bool = True, radius: float = 4.6) -> Artists:
-    """Draw an arrow around a point: a torque, or what drives a link."""
+    """Draw an arrow around a point: a torque, or the drive of a link."""
     from matplotlib.patches import FancyArrowPatch
 
     ends = np.deg2rad([20.0, 130.0] if positive else [130.0, 20.0])

@@ -70,7 +70,7 @@ def force(ax: Axes, dataset: Dataset, part: Dataset, joints: list[str]) -> None:
 
 
 def pictures(axes: list[Axes], dataset: Dataset, part: Dataset, joint: str) -> None:
-    """Draw what one joint does: orbit, portrait, section."""
+    """Draw the motion of one joint: orbit, portrait, section."""
     orbit_panel(axes[0], part, joint)
     portrait_panel(axes[1], part, None, None, None, joint)
     axes[1].set_box_aspect(1)

@@ -167,7 +167,7 @@ def history_panel(
 
 
 def legends(axes: Sequence[Axes]) -> None:
-    """Name the curves to the right of each panel, but not again what the panel above has named."""
+    """Name the curves to the right of each panel, unless the panel above has named the same ones."""
     above = []
     for ax in axes:
         names = ax.get_legend_handles_labels()[1]

@@ -1,4 +1,4 @@
-"""What tips motions: the smallest knock of each kind, and how soon starts are with each motion."""
+"""Tipping of motions: the smallest knock of each kind, and starts with each motion over turns."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What is simulated: validated, frozen records that a person can read, and what they are assembled to."""
+"""Mechanisms: validated, frozen records that a person can read, and the models assembled of them."""

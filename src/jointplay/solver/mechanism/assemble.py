@@ -1,4 +1,4 @@
-"""From records to what is computed: the structure of the equations, and the numbers that go into them."""
+"""Assembly of records: the structure of the equations, and the numbers that go into them."""
 
 from __future__ import annotations
 

@@ -61,14 +61,14 @@ class Record(BaseModel):
 
     @classmethod
     def _further_units(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Units of fields, as of `in_si`, that what is given decides, or that are of tables."""
+        """Units of fields, as of `in_si`, that depend on the given data, or that are of tables."""
         return {}
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise refuse(value, "a record does not change: replace(), or a new one, gives a changed copy", name)
 
     def __dir__(self) -> list[str]:
-        """What the record describes; pydantic's own names are left out, but for special ones."""
+        """Names that the record describes; pydantic's own are left out, but for special ones."""
         return [name for name in super().__dir__() if name[:2] == "__" or name not in dir(BaseModel)]
 
     @classmethod
@@ -191,7 +191,7 @@ def unit(noun: str, units: str) -> Any:
 
 
 def accepts(words: str, **more: str) -> Any:
-    """Mark a type, in `Annotated`, by what its error messages say is accepted; `more` may be its units."""
+    """Mark a type, in `Annotated`, by the words of its error messages; `more` may be its units."""
     return Field(json_schema_extra={"accepts": words, **more})
 
 

@@ -54,7 +54,7 @@ Clearance = Annotated[
 
 
 class Changes(Record):
-    """Changes to a mechanism; what is left out stays as it is.
+    """Changes to a mechanism; a key left out stays as it is.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ class Changes(Record):
 
 
 class _Linkage(Protocol):
-    """What a change needs of a `Mechanism`."""
+    """The parts of a `Mechanism` that a change needs."""
 
     links: tuple[Link, ...]
     joints: tuple[Joint, ...]
@@ -155,7 +155,7 @@ def changed(mechanism: M, changes: Mapping[str, Any]) -> M:
 
 
 def paths_of(mechanism: _Linkage, word: str) -> tuple[str, ...]:
-    """Key paths of what a word stands for, if anything; its present value is that at the first of them."""
+    """Key paths that a word stands for, if any; its present value is that at the first of them."""
     if word == "clearance":
         return (f"joints.{main_joint(mechanism)}.clearance",)
     if word in _IN_JOINTS:
@@ -171,7 +171,7 @@ def paths_of(mechanism: _Linkage, word: str) -> tuple[str, ...]:
 
 
 def value_of(mechanism: Any, key: str) -> Any:
-    """What a word or a path stands for at present, 0 of a friction that is not there; None where nothing."""
+    """Present value of a word or a path, 0 of a friction that is not there; None where there is nothing."""
     first = (key,) if is_path(key) else paths_of(mechanism, key)[:1]
     found = part_at(mechanism, *first, "")[0] if first else None
     return 0.0 if found is None and key == "friction" else found
@@ -258,7 +258,7 @@ def _begun(mechanism: M, values: Mapping[str, Any]) -> M:
 
 
 def _ends(mechanism: _Linkage, begun: _Linkage, values: Mapping[str, Any]) -> dict[str, Any]:
-    """What valid changes put where, by key path."""
+    """Values of valid changes, by key path."""
     found: dict[str, Any] = {}
     if "elastic" in values:
         found |= {f"links.{link.name}.elastic": link.elastic for link in begun.links}

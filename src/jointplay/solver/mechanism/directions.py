@@ -1,4 +1,4 @@
-"""How the numbers of the equations, the start and the period change with a parameter.
+"""Derivatives of the numbers of the equations, the start and the period in a parameter.
 
 A number that a person names, such as a length, enters several numbers of the equations (mechanism.assemble),
 the start of the ideal mechanism, and the period. All of them are smooth algebra, without a motion: they are
@@ -135,7 +135,7 @@ def of_start(model: Model, place: int) -> Directions:
 def slope(
     function: Callable[[float], np.ndarray], value: float, step: float, here: np.ndarray, sides: Sequence
 ) -> np.ndarray:
-    """Derivative of a function that is `here` at a value, from those places beside it at which it exists."""
+    """Derivative of a function that is `here` at a value, from nearby places at which it exists."""
     refused = None
     for places in sides:
         try:

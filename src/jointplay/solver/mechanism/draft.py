@@ -1,4 +1,4 @@
-"""What must hold between the parts of a mechanism: names, places, connection, closure.
+"""Rules between the parts of a mechanism: names, places, connection, closure.
 
 The checks take a draft, in which a part that is itself invalid is None, so that they still find what is wrong
 elsewhere.
@@ -54,7 +54,7 @@ class Draft:
 
     @classmethod
     def of(cls, data: Any) -> Draft:
-        """Read what is valid out of raw input, or out of a mechanism."""
+        """Read the valid parts out of raw input, or out of a mechanism."""
         value = data.get if isinstance(data, Mapping) else lambda key: getattr(data, key, None)
         drive = value("drive")
         drives = filter(None, (_valid(kind, drive) for kind in DRIVES if drive is not None))

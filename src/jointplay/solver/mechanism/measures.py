@@ -96,7 +96,7 @@ def _registry() -> Any:
 
 @cache
 def _base(unit: str) -> tuple[Decimal, Any]:
-    """How many SI base units (rad among them) a unit is, and which; None for these where it is not known."""
+    """Factor of a unit to SI base units (rad among them), and these; None for them where not known."""
     try:
         return _registry().get_base_units(_registry().parse_units(unit))
     except Exception:  # pint's parser fails in many ways on what is no unit

@@ -83,10 +83,10 @@ class Model:
 
     @property
     def touching(self) -> tuple[str, ...]:
-        """Names of what has a mode: contacts, then the resets of a test system."""
+        """Names of all that have a mode: contacts, then the resets of a test system."""
         return (*self.joints, *self.resets)
 
     @property
     def walls(self) -> tuple[str, ...]:
-        """Names of what is met in impacts: rigid walls, and joints whose law is one of impacts."""
+        """Names of the walls met in impacts: rigid walls, and joints whose law is one of impacts."""
         return tuple(joint.name for joint in self.structure.rigid_joints) if self.links else self.resets

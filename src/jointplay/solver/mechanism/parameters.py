@@ -69,7 +69,7 @@ class Parameter:
 
     @cached_property
     def paths(self) -> tuple[str, ...]:
-        """Where its numbers stand in the mechanism's record; none where a word finds nothing to change."""
+        """Paths of its numbers in the mechanism's record; none where a word finds nothing to change."""
         if isinstance(self.mechanism, TestSystem):
             return tuple(f"parameters.{key}" for key in parts_of(self.key))
         each = ((key,) if is_path(key) else paths_of(self.mechanism, key) for key in parts_of(self.key))
@@ -89,13 +89,13 @@ class Parameter:
 
     @property
     def uniform(self) -> bool:
-        """Whether all that it stands for has its value, so that the mechanism is what it is at that value."""
+        """Whether all that it stands for has its value, so that setting it changes nothing."""
         linkage = isinstance(self.mechanism, Mechanism)
         return not linkage or self.paths == (self.key,) or self.at(self.value) == self.mechanism
 
     @cached_property
     def _field(self) -> tuple[FieldInfo | Quantity | None, str, str]:
-        """What declares it, its units, and its noun."""
+        """Its declaration, its units, and its noun."""
         first = parts_of(self.key)[0]
         if isinstance(self.mechanism, TestSystem):
             preset = CATALOG.get(self.mechanism.system)
@@ -116,12 +116,12 @@ class Parameter:
 
     @property
     def noun(self) -> str:
-        """What it is, as ``contact stiffness of joint B``."""
+        """Its noun, as ``contact stiffness of joint B``."""
         return self._field[2]
 
     @property
     def bounds(self) -> dict[str, float]:
-        """Limits by name: ``gt``, ``ge``, ``lt``, ``le``; what others decide is found by `at`."""
+        """Limits by name: ``gt``, ``ge``, ``lt``, ``le``; limits that other numbers set are found by `at`."""
         each = self._field[0]
         if not isinstance(each, Quantity):
             return bounds_of(each) if each else {}
@@ -134,7 +134,7 @@ class Parameter:
         return self.mechanism.varied({self.key: value})
 
     def directions(self, assembled: Callable[[Any], Model], **how: Any) -> Directions:
-        """Which numbers of the equations, start and period change with it, and their derivatives.
+        """Derivatives of the numbers of the equations, start and period that change with it.
 
         `InputError` where it has none: it can change to one side alone, or changes which equations hold.
 

@@ -84,7 +84,7 @@ def with_parts(record: R, changes: Mapping[str, Any]) -> R:
 
 
 def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Those of the changes that are by path; `InputError` naming every path that leads nowhere."""
+    """The changes that are by path; `InputError` naming every path that leads nowhere."""
     by_path = {key: value for key, value in changes.items() if is_path(key)}
     problems = [problem for key in by_path if (problem := part_at(record, key, key)[1])]
     if problems:
@@ -103,7 +103,7 @@ def _holds_parts(key: str, value: Any) -> bool:
 
 
 def ends(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """Paths and values of what nested tables hold."""
+    """Paths and values of the entries of nested tables."""
     for key, value in table.items():
         path = join(above, str(key))
         if isinstance(value, Mapping) and value:

@@ -1,4 +1,4 @@
-"""What numbers can mean: what no mechanism can be is refused, what only a rare one may be is doubted.
+"""Plausibility of numbers: impossible mechanisms are refused, rare ones are doubted.
 
 Each names the likely unit. Whether a number can stand in a field at all is said by the field's own type; here
 numbers are judged beside each other, and by the size that linkages, motors and materials have. `Mechanism`
@@ -38,7 +38,7 @@ _MASSES = {"g": 1e-3, "mg": 1e-6}
 
 
 def nonsense(mechanism: Any) -> Iterator[Problem]:
-    """Yield what no linkage can be, with keys of the mechanism, whose parts are right by themselves."""
+    """Yield the problems of a linkage that cannot be, with keys of the mechanism; its parts are valid."""
     if sizes := [*_sizes(mechanism)]:
         yield from sizes
         return
@@ -66,7 +66,7 @@ def _sizes(mechanism: Any) -> Iterator[Problem]:
 
 
 def too_wide(clearance: float, links: Sequence[Any]) -> str:
-    """Say what is accepted instead of a clearance no shorter than a link; empty where it is shorter."""
+    """Message on a clearance no shorter than a link; empty where it is shorter."""
     shortest = min(links, key=lambda link: link.length, default=None)
     if shortest is None or clearance < shortest.length:
         return ""
@@ -77,7 +77,7 @@ def too_wide(clearance: float, links: Sequence[Any]) -> str:
 def doubts(
     mechanism: Any, initial: Any = None, section: Any = None, apart: Mapping[str, float] | None = None
 ) -> Iterator[Problem]:
-    """Yield what a valid mechanism, start and section probably do not mean, with keys of an analysis.
+    """Yield doubts about a valid mechanism, start and section, with keys of an analysis.
 
     Of a system of equations, which may be dimensionless, only states that grow for ever are doubted.
 
@@ -109,7 +109,7 @@ def _under(problem: Problem) -> Problem:
 
 @cache
 def _fields(kind: type[Record]) -> list[tuple[str, str, str | None, bool]]:
-    """Name, key, units of every field of a kind of record, and whether it takes what is above 0 alone."""
+    """Name, key, units of every field of a kind of record, and whether it takes positive numbers alone."""
     fields = kind.model_fields.items()
     return [(name, each.alias or name, units_of(each), above_zero(each)) for name, each in fields]
 

@@ -1,4 +1,4 @@
-"""What is simulated: a linkage, `Mechanism`, in SI units, or a small known system, `TestSystem`.
+"""Systems to simulate: a linkage, `Mechanism`, in SI units, or a small known system, `TestSystem`.
 
 All are validated and frozen; every record of the package can be imported from here.
 """

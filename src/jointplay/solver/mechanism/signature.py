@@ -1,4 +1,4 @@
-"""Public functions whose own signature says what they accept: every problem at once, as an `InputError`.
+"""Public functions that are checked by their own signature: every problem at once, as an `InputError`.
 
 What stands in `Annotated` is checked, by the types and in the words of the records and study files; any other
 annotation only tells the reader, and the function looks at the value itself.
@@ -139,7 +139,7 @@ def checked(
 
 
 class _Shared(dict[str, Any]):
-    """Arguments by name, and what rules share, made of them when it is first looked up."""
+    """Arguments by name, and values shared by rules, made of the arguments when first looked up."""
 
     def __init__(self, arguments: Mapping[str, Any], shared: Mapping[str, Callable[..., Any]]) -> None:
         super().__init__(arguments)
@@ -175,7 +175,7 @@ class Preset(Protocol):
 
 
 def preset(*references: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Mark an entry of the catalog: its arguments are checked, and what it rests on is kept, as of a law."""
+    """Mark an entry of the catalog: its arguments are checked, and its references are kept, as of a law."""
 
     def decorated(make: Callable[P, T]) -> Callable[P, T]:
         made = checked()(make)
@@ -259,7 +259,7 @@ def _fields(function: Callable[..., Any]) -> dict[str, tuple[Any, Any]]:
 
 
 def types_of(function: Callable[..., Any]) -> dict[str, Any]:
-    """Types of a function's arguments; that of what it gives back may not be imported yet."""
+    """Types of a function's arguments; the type of its result may not be imported yet."""
     written = unwrap(function)
     named = {name: hint for name, hint in written.__annotations__.items() if name != "return"}
     return get_type_hints(SimpleNamespace(__annotations__=named), written.__globals__, include_extras=True)

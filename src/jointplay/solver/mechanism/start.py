@@ -1,4 +1,4 @@
-"""Where a linkage starts: angles, speeds and places of its links."""
+"""Start of a linkage: angles, speeds and places of its links."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def _located(mechanism: Mechanism, angles: dict[str, float], speeds: dict[str, f
 
 
 def _fixed(mechanism: Mechanism, closed: bool) -> dict[str, Any]:
-    """What a closed loop starts with in any case, its own branch, and the speed that drives a linkage."""
+    """Fixed values of a start: a closed loop's own branch, and the crank speed that a drive imposes."""
     speed = mechanism.drive.imposed_speed if mechanism.drive else None
     own = {"branch": mechanism.branch} if closed else {}
     return own | ({"crank_speed": speed} if speed is not None else {})
@@ -123,7 +123,7 @@ def _written_out(mechanism: Mechanism, initial: Mapping[str, Any]) -> tuple[Any,
 
 
 def approaches(bases: Bases) -> np.ndarray:
-    """Give what laws remember at the start: speeds with which contacts began, then deflections of bristles.
+    """Give the memories of laws at the start: speeds with which contacts began, then deflections of bristles.
 
     A joint that starts in contact has no beginning to remember: it counts as begun with the size of the
     normal speed that it has there, or with the smallest speed of its law, whichever is larger; one that

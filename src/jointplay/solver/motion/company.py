@@ -41,7 +41,7 @@ def beside(**wanted: Any) -> Callable[[F], F]:
 def in_company(
     asked: bool | None, call: Callable[[], T], answers: Callable[[list[Question]], Sequence[Any]]
 ) -> T:
-    """Call; where it is `asked` for, as if others were beside it."""
+    """Call alone or, where batching is wanted, as a batch of one."""
     alone = not asked or isinstance(getcurrent(), _Seat)
     return call() if alone else side_by_side([call], answers)[0]
 

@@ -45,14 +45,14 @@ def ensemble_fits(mechanism: Mechanism | TestSystem, ensemble: bool | None, rtol
 
 
 def in_lanes(ensemble: bool | None, mechanism: Mechanism | TestSystem, rtol: float, count: int) -> bool:
-    """Whether `count` motions side by side go in lanes: as asked, or where they can and fill them."""
+    """Whether `count` motions side by side go in lanes: by `ensemble`, else where they can and fill them."""
     if ensemble is not None:
         return ensemble
     return count >= FEWEST and not ensemble_fits(mechanism, True, rtol)
 
 
 def _hindrance(mechanism: Mechanism | TestSystem) -> str:
-    """What of its structure keeps it from lanes; nothing if it cannot be assembled, and will say so."""
+    """Why the structure of a mechanism cannot be batched; empty where it can, or cannot be assembled."""
     try:
         given = linkage(mechanism) if isinstance(mechanism, Mechanism) else mechanism.structure()
     except InputError:
@@ -83,7 +83,7 @@ def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> lis
 
 @dataclass(frozen=True)
 class Tangent:
-    """A tangent to be carried along: its start, the scales of the states, and what is tolerated of it.
+    """A tangent to be carried along: its start, the scales of the states, and its tolerance.
 
     Rows are recorded from `begin` s on, a `block` s apart (method.tangents.tangent).
     """

@@ -95,7 +95,7 @@ def ends(model: Model) -> np.ndarray:
 
 
 def _turning(law: Law, given: np.ndarray, model: Model) -> float:
-    """Rounding of what has the sign of a force that vanishes with the penetration."""
+    """Rounding of the push of a law whose force vanishes with the penetration."""
     slowest = [given[law.letters.index(law.floor)]] if law.floor else []
     still, moving = (law.push(v_n, *given, *slowest) for v_n in (0.0, _rounding(model)))
     return EPS + moving - still

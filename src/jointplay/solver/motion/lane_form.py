@@ -21,7 +21,7 @@ LATE = 1e-6  # of a period that a run lasts beyond its last sample
 
 @dataclass(frozen=True)
 class Form:
-    """What lanes need to know of a structure.
+    """Form of a structure, as lanes need it.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class Form:
 
     @property
     def jumps(self) -> int:
-        """How many guards make the state jump."""
+        """Number of guards that make the state jump."""
         return self.sizes["resets"]
 
     @property
@@ -68,7 +68,7 @@ class Form:
 
     @property
     def turning(self) -> tuple[float, ...]:
-        """Of each position, how its turn in a step is bounded."""
+        """Kind of bound on the turn of each position in a step."""
         return (PHASE,) * len(self.phases) + self.turns + (0.0,) * self.unused
 
     def state(self, model: Model) -> np.ndarray:

@@ -26,11 +26,11 @@ PATIENCE = 1.0  # s in which what is asked to end comes to a look; else it is in
 
 
 class Stopped(KeyboardInterrupt):
-    """Ends a run between two pieces, where what it has so far is kept."""
+    """End of a run between two pieces, with its results so far kept."""
 
 
 class Late(KeyboardInterrupt):
-    """Ends a run that did not come to a look in time, wherever it is: what is whole by then is kept."""
+    """End of a run, wherever it is, that made no check in time: complete results are kept."""
 
 
 class Reporter:
@@ -90,13 +90,13 @@ def part(
 
 
 def from_progress(error: Exception) -> bool:
-    """Whether an error is what a user's `progress` raised, and so no failure of what was computed."""
+    """Whether a user's `progress` raised an error, which is then no failure of the computation."""
     reporter = _reporter.get()
     return reporter is not None and reporter.error is error
 
 
 def look() -> None:
-    """Report that the computation still runs; end it here if that is asked.
+    """Report that the computation still runs; end it here if `stop` was called.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def seen(passes: Iterable[T]) -> Iterator[T]:
 
 
 class _Stop:
-    """Whether something runs that keeps what it has when it is stopped; whether it is asked to stop."""
+    """Request to stop: whether a running computation heeds it, and whether it was made."""
 
     heeded = asked = late = False
     timer: threading.Timer | None = None
@@ -135,7 +135,7 @@ _stop = _Stop()
 
 @contextmanager
 def keeping(kept: bool = True) -> Iterator[None]:
-    """Let `stop` end what runs inside the block at its next look; where none came, at the block's end."""
+    """Let `stop` end computations in the block at their next `look`; where none came, at the block's end."""
     _stop.reset(heeded=kept)
     left = False
     try:
@@ -148,7 +148,7 @@ def keeping(kept: bool = True) -> Iterator[None]:
 
 
 def stop() -> bool:
-    """Ask what runs to end at its next look and keep what it has; False where nothing does so.
+    """Make the running computation end at its next `look` and keep its results; False where none does so.
 
     Where no look comes soon, as while something compiles, the main thread is interrupted all the same.
 

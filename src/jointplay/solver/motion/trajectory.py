@@ -262,7 +262,7 @@ def _loop(structure: Linkage | Oscillator) -> str:
 
 
 def wall_unit(structure: Linkage | Oscillator) -> str:
-    """The unit of the method with what a structure has for `at_wall`; empty where it has nothing."""
+    """The unit of the method with a structure's `at_wall`; empty where it has none."""
     walls = cache.structure_module(structure).SIZES["resets"]
     return "walls.wall_flow" if walls else "excited" if _excites(structure) else ""
 

@@ -1,4 +1,4 @@
-"""How a motion is followed, one by one or beside others in lanes, and what keeps it from lanes."""
+"""Following a motion one by one, or with others in lanes, and the reasons against lanes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WAYS = ("one_by_one", "in_lanes", "left_lanes", *ensemble.HINDRANCES, "tolerance
 
 
 def way(hindrance: str) -> int:
-    """How a motion goes that is not in lanes, by its place in `WAYS`."""
+    """Index in `WAYS` for a motion that is not followed in lanes."""
     return WAYS.index(hindrance) if hindrance else ONE_BY_ONE
 
 
@@ -32,7 +32,7 @@ def both(first: int, then: int) -> int:
 
 
 def hindrance(model: Model, request: Any) -> str:
-    """What keeps a motion from lanes, a word of `WAYS`; empty where it can be followed beside others.
+    """Why a motion cannot be batched, a word of `WAYS`; empty where it can be followed with others.
 
     The request is a trajectory.Request.
     """
@@ -45,7 +45,7 @@ def hindrance(model: Model, request: Any) -> str:
 
 @lru_cache(maxsize=256)
 def of_structure(structure: Linkage | Oscillator) -> str:
-    """What of a structure keeps it from lanes."""
+    """Why a structure cannot be batched."""
     return ensemble.hindrance(structure)
 
 

@@ -120,7 +120,7 @@ def _mechanism(motion: xr.Dataset) -> Mechanism:
 
 
 def _count(shown, seconds: float, rate: int) -> int:
-    """How many frames a film has."""
+    """Number of frames of a film."""
     length = float(shown.times[-1] - shown.times[0])
     count = round(length / float(shown.motion["turn_period_nominal"]) * seconds * rate) + 1
     if not 2 <= count <= MOST:

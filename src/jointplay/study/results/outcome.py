@@ -34,7 +34,7 @@ def name_of(dataset: xr.Dataset) -> str:
 
 
 def explain(dataset: xr.Dataset) -> str | None:
-    """Say in a line what went wrong and what to try, with the cells in which; None when all is well."""
+    """Describe a failure and its remedy in a line, with the cells concerned; None when all is well."""
     name = name_of(dataset)
     if name == "ok":
         return None

@@ -1,4 +1,4 @@
-"""Places of the links over a recorded motion: what `mechanism.loops.positions` needs, read from a result."""
+"""Places of the links over a recorded motion: input of `mechanism.loops.positions`, read from a result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a result comes from: enough to run it again, and nothing that changes between identical runs.
+"""Provenance of a result: enough to run it again, and nothing that changes between identical runs.
 
 The wall time is the variable ``wall_time`` of the result and no part of this record; there is no time stamp.
 """

@@ -52,7 +52,7 @@ def write_result(dataset: xr.Dataset, path: Path | str) -> Path:
 
 
 def write_partial(dataset: xr.Dataset, path: Path | str) -> Path:
-    """Write what an interrupted run has, within a second: as `write_result`, but not compressed.
+    """Write the result of an interrupted run, within a second: as `write_result`, but not compressed.
 
     Of more than `PARTIAL` bytes it is every n-th entry along one dimension; an attribute ``partial`` says so.
     """
@@ -170,7 +170,7 @@ def open_result(path: Path | str) -> xr.Dataset:
 
 @contextmanager
 def opened(path: Path | str) -> Iterator[xr.Dataset]:
-    """Open a result file, of which only what is asked for is read; `InputError` as of `open_result`."""
+    """Open a result file, of which only the parts used are read; `InputError` as of `open_result`."""
     import xarray as xr
 
     with _told(path), xr.open_dataset(Path(path).absolute(), engine=ENGINE) as dataset:
@@ -187,7 +187,7 @@ def attributes(path: Path | str) -> dict[str, Any]:
 
 @contextmanager
 def _told(path: Path | str) -> Iterator[None]:
-    """Make an `InputError` of what goes wrong as a result file is read."""
+    """Turn an error in reading a result file into an `InputError`."""
     expected = "the name of a result file (netCDF) that `jointplay run` wrote"
     given = os.fspath(path) if isinstance(path, os.PathLike) else path
     if not isinstance(given, str) or not os.path.isfile(given):

@@ -1,4 +1,4 @@
-"""What a result answers, in a few lines of text: on the terminal, in Python, in notebooks."""
+"""Answer of a result, in a few lines of text: on the terminal, in Python, in notebooks."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Summary:
 
 @checked()
 def summary(dataset: Annotated[xr.Dataset, accepts("a result")]) -> Summary:
-    """Say in one to three lines what a result answers.
+    """Summarise a result in one to three lines.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What linkages of the catalog are put together from: types of their keywords, pins, bars, joints."""
+"""Parts of the catalog's linkages: types of their keywords, pins, bars, joints."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Where a mechanism is: chains cut at its clearances, ideal loops and how they close."""
+"""Positions of a mechanism: chains cut at its clearances, ideal loops and their closure."""

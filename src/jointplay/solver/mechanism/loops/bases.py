@@ -20,7 +20,7 @@ Motion = np.ndarray  # position and velocity, shape (2, 2)
 
 @dataclass(frozen=True)
 class Bases:
-    """Where chains begin: floating ones as in the ideal mechanism, sliding ones on their guides.
+    """Bases of chains: floating ones as in the ideal mechanism, sliding ones on their guides.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class Bases:
     state: State
 
     def slide(self, name: str) -> tuple[float, float]:
-        """How far a slider is along its guide in the ideal mechanism, m, and its speed, m/s."""
+        """Position of a slider along its guide in the ideal mechanism, m, and its speed, m/s."""
         joint = self.mechanism.joint(name)
         apart = self._ideal(joint.journal) - self._ideal(joint.bearing)
         angle, speed = self.line(joint.bearing)

@@ -23,7 +23,7 @@ Cuts = tuple[tuple[tuple[Joint, ...], tuple[Unknown, ...]], ...]
 
 @dataclass(frozen=True)
 class Plan:
-    """How links are held, and how loops close.
+    """Plan of a mechanism: the joint that holds each link, and the joints at which loops are cut.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def _pairs(rest: list[str], joints: Sequence[Joint]) -> Iterator[tuple[str, str,
 def _dyad(
     one: str, other: str, middle: Joint, holds: dict[str, list[Joint]]
 ) -> tuple[list[tuple[str, Joint, str]], Joint] | None:
-    """How the two links of a dyad are held, and where it is cut."""
+    """Joints that hold the two links of a dyad, and the joint at which it is cut."""
     if not holds[one] or not holds[other]:
         return None
     near, far = holds[one][0], holds[other][0]

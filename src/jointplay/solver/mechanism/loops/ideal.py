@@ -50,7 +50,7 @@ class Closure:
 
     @cached_property
     def place(self) -> dict[str, int]:
-        """Where the coordinates of each link begin."""
+        """Index of the first coordinate of each link."""
         return {link.name: 3 * i for i, link in enumerate(self.mechanism.links)}
 
     @cached_property
@@ -67,7 +67,7 @@ class Closure:
 
     @cached_property
     def further(self) -> list[str | tuple[None, str]]:
-        """What is free beside the driven link: angles and slides; empty with one freedom."""
+        """Freedoms besides the driven link: angles and slides; empty with one freedom."""
         links, joints = list(self.place), self.mechanism.joints
         if 3 * len(links) - 2 * len(joints) <= 1:
             return []
@@ -93,7 +93,7 @@ class Closure:
         return x[self.place[pin.link] + 2] + pin.direction, slope
 
     def joint(self, x: np.ndarray, joint: Joint) -> tuple[np.ndarray, np.ndarray]:
-        """What is left open in a joint (two values, m), and its derivative."""
+        """Gap of a joint (two values, m), and its derivative."""
         (P, dP), (Q, dQ) = self.pin(x, joint.journal), self.pin(x, joint.bearing)
         if not joint.prismatic:
             return P - Q, dP - dQ
@@ -104,7 +104,7 @@ class Closure:
         return np.array([turn, n @ (P - Q)]), np.array(rows)
 
     def slide(self, x: np.ndarray, joint: Joint) -> tuple[float, np.ndarray]:
-        """How far a slider is along its guide, m, and its derivative."""
+        """Position of a slider along its guide, m, and its derivative."""
         (P, dP), (Q, dQ), (b, db) = (
             self.pin(x, joint.journal),
             self.pin(x, joint.bearing),
@@ -122,7 +122,7 @@ class Closure:
         return float(x[self.place[unknown] + 2]), row
 
     def equations(self, x: np.ndarray, held: Mapping) -> tuple[np.ndarray, np.ndarray]:
-        """Left-hand sides and Jacobian: all joints, then what is held at a value."""
+        """Left-hand sides and Jacobian: all joints, then the unknowns held at a value."""
         pairs = [self.joint(x, joint) for joint in self.mechanism.joints]
         frees = [(self.free(x, unknown), value) for unknown, value in held.items()]
         values = [v for value, _ in pairs for v in value] + [now - value for (now, _), value in frees]
@@ -295,7 +295,7 @@ def _gaps(closure: Closure, x: np.ndarray, held: dict, crank_angle: float) -> di
 
 
 def _open(closure: Closure, x: np.ndarray, held: dict, crank_angle: float) -> str:
-    """How far the mechanism is from closing at a crank angle."""
+    """Message on a mechanism that does not close at a crank angle: the gaps of its joints."""
     gaps = _gaps(closure, x, held, crank_angle)
     open_ones = ", ".join(name for name, gap in gaps.items() if gap > 1e-3 * max(gaps.values()))
     miss = f"its joints miss by {sum(gaps.values()):.3g} m ({open_ones})"

@@ -32,7 +32,7 @@ Angles = Mapping[str, float]  # or angular velocities, by link
 
 @dataclass
 class Place:
-    """Where a point of a link lies: arms L_jk from a fixed point or from the base of a floating chain.
+    """Position of a point of a link: arms L_jk from a fixed point or from the base of a floating chain.
 
     Of a link's origin, `parent` is the ideal joint that holds it, `holder` the link on its other side.
     """
@@ -45,7 +45,7 @@ class Place:
 
     @property
     def sides(self) -> tuple[Pin, Pin]:
-        """Of a link's origin, the parent's pin on the holder and the one on the link."""
+        """Pins that hold a link's origin: the parent's pin on the holder and the one on the link."""
         return next(pair for pair in self.parent.ends if pair[0].link == self.holder)
 
     def at(self, link: str, distance: float) -> Place:
@@ -76,7 +76,7 @@ class Sum:
 
 @dataclass(frozen=True)
 class Forest:
-    """Where the links of a linkage lie when it is cut at its clearance joints, and at one joint of each loop.
+    """Positions of the links of a linkage that is cut at its clearance joints, and at one joint of each loop.
 
     Parameters
     ----------
@@ -118,12 +118,12 @@ class Forest:
 
     @property
     def slides(self) -> dict[str, str]:
-        """Links that hang on a guide, by the joint's name; a guide's own link before what slides on it."""
+        """Links that hang on a guide, by the joint's name; a guide's own link before the sliding ones."""
         parents = ((name, place.parent) for name, place in self.places.items())
         return {joint.name: name for name, joint in parents if joint is not None and joint.prismatic}
 
     def base(self, link: str) -> Sum:
-        """Where the base of a sliding link's chain lies, from the base of its guide's chain."""
+        """Position of the base of a sliding link's chain, from the base of its guide's chain."""
         place = self.places[link]
         inner, outer = place.sides
         start = place_of(self.places, inner)
@@ -254,7 +254,7 @@ def held(plan: Plan) -> dict[str, Place]:
 
 
 def _chains(places: Mapping[str, Place]) -> int:
-    """How many chains have a base of their own."""
+    """Number of chains with a base of their own."""
     return len({place.chain for place in places.values()} - {None})
 
 
@@ -280,5 +280,5 @@ def _hang(places: Mapping[str, Place], link: str, joint: Joint, holder: str) -> 
 
 
 def place_of(places: Mapping[str, Place], pin: Pin) -> Place:
-    """Where a pin lies."""
+    """Place of a pin."""
     return Place(fixed=pin.point) if pin.link == GROUND else places[pin.link].at(pin.link, pin.at)

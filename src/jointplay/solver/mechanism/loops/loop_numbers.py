@@ -36,7 +36,7 @@ def loop_numbers(forest: Forest, bases: Bases) -> dict[str, float]:
 
 
 def guesses(structure: Linkage, bases: Bases) -> np.ndarray:
-    """Give what larger groups remember at the start: cosine and sine of each angle, slides; and its scale.
+    """Give the memories of larger groups at the start: cosine and sine of each angle, slides; and scales.
 
     Returns
     -------

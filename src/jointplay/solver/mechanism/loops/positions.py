@@ -1,4 +1,4 @@
-"""Where links are at given angles: their origins by linear least squares on every joint, for many samples.
+"""Positions of links at given angles: their origins by linear least squares on every joint, for many samples.
 
 With all angles known the joints are linear in the origins o: a revolute one asks for
 
@@ -63,7 +63,7 @@ def origins(
 
 
 def pin_positions(pin: Pin, angles: Values, places: Values) -> np.ndarray:
-    """Where a pin is, m, shape (samples, 2), given what `origins` gave."""
+    """Position of a pin, m, shape (samples, 2), from the result of `origins`."""
     if pin.link == GROUND:
         return np.broadcast_to(np.array(pin.point, dtype=float), next(iter(places.values())).shape)
     return places[pin.link] + _arm(pin, angles)

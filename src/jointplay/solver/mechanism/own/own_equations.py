@@ -1,4 +1,4 @@
-"""The tables that systems of somebody's own equations are given as, and what follows from their form.
+"""Tables that describe a system of somebody's own equations, and the consequences of their form.
 
 A system with modes is in one of them at a time. Each mode is a state, 1 in the mode and 0 in the others, that
 nothing changes but jumps: the way from mode m to n is a jump where m g + 1 - m falls through zero, g being
@@ -188,5 +188,5 @@ def in_one_mode(modes: Collection[str], state: Mapping[str, float]) -> bool:
 
 
 def one_mode(modes: Collection[str]) -> str:
-    """What is accepted of a start."""
+    """Message on the accepted starts: in one mode."""
     return f"a start in one mode is accepted: one of {', '.join(modes)} is 1, the others are 0"

@@ -103,7 +103,7 @@ def _under_modes(system: Equations, problem: Problem) -> Problem:
 
 
 def _of_the_equations(system: Equations) -> list[Problem]:
-    """What is wrong whatever numbers the parameters have."""
+    """Problems of the equations at any values of the parameters."""
     found = [*_names(system), *_missing(system)]
     texts = [] if found else [*_texts(system)]
     for key, text, known in texts:
@@ -216,7 +216,7 @@ def _kinks(texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:
 
 
 def _forced(system: Equations, texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:
-    """Whether what varies with time has a period, and the other way round."""
+    """Problems of terms that vary with time without a period, or of a period without such terms."""
     timed = [(key, text) for key, text, _ in texts if "t" in names_in(text)]
     if timed and system.forcing is None:
         key, text = timed[0]
@@ -226,7 +226,7 @@ def _forced(system: Equations, texts: list[tuple[str, str, Any]]) -> Iterator[Pr
 
 
 def _parts(system: Equations) -> Iterator[Problem]:
-    """Guards that no motion can change, and jumps of what cannot jump."""
+    """Problems of guards that no motion can change, and of jumps of states that cannot jump."""
     positions, speeds = system.order
     moving = {*positions, *speeds, "t"}
     for i, each in enumerate(system.switches):
@@ -267,7 +267,7 @@ def _parts(system: Equations) -> Iterator[Problem]:
 
 
 def _sliding(system: Equations) -> Iterator[Problem]:
-    """What only the written equations show of switches that slide."""
+    """Problems of switches that slide, which only the written equations show."""
     if any(each.slides for each in system.switches):
         from jointplay.solver.equations.own.own import system as equations
 

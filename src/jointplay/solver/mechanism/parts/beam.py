@@ -264,7 +264,7 @@ def stiffness(link: Link) -> float:
 
 
 def bending_problems(link: Link) -> list[Problem]:
-    """List what makes the equations of an elastic link singular; keys are relative to the link.
+    """List the problems that make the equations of an elastic link singular; keys are relative to the link.
 
     The total mass matrix is positive definite where [[m − S·S, m s − S·I], [m s − S·I, J − I·I]] is.
     """

@@ -88,7 +88,7 @@ class Contact(Record):
 
     @property
     def coefficients(self) -> dict[str, float]:
-        """What the law's equations take, by letter."""
+        """Coefficients of the law's equations, by letter."""
         law = LAWS[self.law]
         return dict(zip(law.letters, law.coefficients(*self.numbers.values()), strict=True))
 

@@ -1,4 +1,4 @@
-"""What drives a linkage: a motor, a torque, a constant speed, a profile or cycle of speeds (or a servo).
+"""Drives of a linkage: a motor, a torque, a constant speed, a profile or cycle of speeds (or a servo).
 
 A drive's `kind` is what the structure of the equations calls it; its `numbers` are their parameters.
 """
@@ -231,7 +231,7 @@ class SpeedProfile(Record):
     imposed_speed = start_speed
 
     def travel(self, time: float) -> float:
-        """How far the link goes from the start of a run until a time (s), rad."""
+        """Angle that the link turns through from the start of a run until a time (s), rad."""
         x = min(1.0, time / self.time)
         risen = x**5 * (7 - 14 * x + 10 * x**2 - 2.5 * x**3)  # the integral of S
         change = (self.end - self.start) * self.time

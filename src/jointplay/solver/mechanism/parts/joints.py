@@ -69,7 +69,7 @@ class Pin(Record):
 
 
 def on_a_link(pin: Pin) -> Pin:
-    """Rule: what acts here acts on a moving link."""
+    """Rule: the pin is on a moving link."""
     if pin.link == GROUND:
         raise refuse(GROUND, "a moving link is accepted", "link")
     return pin

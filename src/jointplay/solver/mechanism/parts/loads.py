@@ -14,7 +14,7 @@ from jointplay.solver.mechanism.parts.joints import Pin, on_a_link
 
 
 class _Load(Course):
-    """What every load has: a name, and what it varies with."""
+    """Common base of loads: a name, and the time or angle with which the load varies."""
 
     root: ClassVar[str | None] = "load"
     phases: ClassVar[tuple[str, ...]] = ("frequency", "angle")
@@ -75,7 +75,7 @@ class Force(_Load):
 
     @property
     def pins(self) -> dict[str, Pin]:
-        """Where it acts, by key."""
+        """Pins at which it acts, by key."""
         return {"on": self.on}
 
     @property
@@ -95,7 +95,7 @@ class Force(_Load):
 
     @property
     def description(self) -> str:
-        """What it acts on and its values in a few words."""
+        """The force's link, place and values in a few words."""
         where = f"force on {self.link} at {self.on.at:g} m, {self.direction:g} rad in the {self.fixed}"
         return f"{where}, {self.course_description}{self._phase}"
 
@@ -126,7 +126,7 @@ class Torque(_Load):
 
     @property
     def description(self) -> str:
-        """What it acts on and its values in a few words."""
+        """The torque's link and values in a few words."""
         return f"torque on {self.link}, {self.course_description}{self._phase}"
 
 

@@ -1,4 +1,4 @@
-"""Numbers given to a law of force, checked and completed by what the law says of each."""
+"""Numbers given to a law of force, checked and completed by the law's description of each."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _lowest(each: Quantity) -> float:
 
 
 def bounds(each: Quantity, unit: str, bound: Any = None) -> str:
-    """What a number may be, as ``greater than 0 m/s``; `bound` is the value of that which it must exceed."""
+    """Accepted values of a number, as ``greater than 0 m/s``; `bound`: the value that it must exceed."""
     unit = "" if unit == "1" else f" {unit}"
     words = [f"greater than {_lowest(each):g}" if each.least is None else f"of at least {each.least:g}"]
     words += [f"at most {each.most:g}"] if each.most is not None else []

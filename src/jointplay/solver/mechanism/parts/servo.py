@@ -111,7 +111,7 @@ class Servo(Course):
 
     @property
     def fed(self) -> tuple[tuple[str, str], ...]:
-        """What is fed forward: the terms of `where`, and the torque, without one."""
+        """Expressions that are fed forward: the terms of `where`, and the torque, without one."""
         torque = () if self.feedforward is None else (("", self.feedforward),)
         return (*self.where.items(), *torque) if torque else ()
 

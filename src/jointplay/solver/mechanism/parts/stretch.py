@@ -84,7 +84,7 @@ def numbers(link: Link) -> dict[str, float]:
 def problems(
     mechanism: Mechanism, forest: Forest, beams: tuple[Structure, ...], order: str
 ) -> Iterator[Problem]:
-    """List what links that stretch cannot have; keys are relative to what holds the mechanism."""
+    """List the problems of links that stretch; keys are relative to the table that holds the mechanism."""
     held = [place.sides for place in forest.places.values() if place.parent is not None]
     ends = [end.pins.values() for end in (*mechanism.springs, *mechanism.loads)]
     for i, link in enumerate(mechanism.links):

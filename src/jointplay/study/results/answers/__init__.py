@@ -1,1 +1,1 @@
-"""What a result answers, in one to three sentences; a file a family of kinds."""
+"""Answers of results, in one to three sentences; a file a family of kinds."""

@@ -234,7 +234,7 @@ def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:
 
 
 def _words(dataset: Dataset, name: str, how: str = "") -> str:
-    """What a change is, from the present motion."""
+    """Words for a change, from the present motion."""
     if _present(dataset)[name] == "yes":
         return ENDS[name]
     return JUMPS if how == "fold" else BEGINS[name]

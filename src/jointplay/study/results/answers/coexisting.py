@@ -84,7 +84,7 @@ def _knock(one: Dataset) -> str:
 
 
 def _unsure(one: Dataset, k: int, units: str) -> str:
-    """What is known of a knock that is not confirmed."""
+    """Remark on a knock that is not confirmed."""
     names = ("knock_size", "knock_safe", "confirmed_size", "tipping_share")
     size, safe, sure, share = (float(one[name].values[k]) for name in names)
     below = "all smaller ones" if safe >= CLOSE * size else f"those up to {measure(safe, units, 3)}"

@@ -1,4 +1,4 @@
-"""Answers of motions: histories, section points, signals, and what motions settle to over a parameter."""
+"""Answers of motions: histories, section points, signals, and settled motions over a parameter."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def bifurcation_verdict(dataset: Dataset) -> DataArray:
 
 
 def bifurcation(dataset: Dataset) -> str:
-    """Return what motions settle to over the parameter, direction by direction where they differ."""
+    """Return the settled motions over the parameter, direction by direction where they differ."""
     if "period" not in dataset:
         every = [str(dim) for dim in dataset["cell_status"].dims if dim not in ("start", "direction")]
         return "\n".join(stretches.failures(dataset, every))
@@ -135,7 +135,7 @@ def bifurcation(dataset: Dataset) -> str:
 
 
 def _saved(dataset: Dataset) -> list[str]:
-    """What an adaptive map did not have to compute."""
+    """Line on the values that an adaptive map computed, and the rest."""
     if "computed" not in dataset:
         return []
     done, size = int(dataset["computed"].sum()), dataset["computed"].size
@@ -180,7 +180,7 @@ def _windows(words: np.ndarray, axes: Sequence[DataArray]) -> list[str]:
 
 
 def _differ(words: np.ndarray) -> np.ndarray:
-    """Where two sweeps, along the first axis, have different motions, both of them known."""
+    """Mask of places at which two sweeps, along the first axis, have different motions, both known."""
     known = (words == CHAOTIC) | np.char.startswith(words, "period ")
     pairs = combinations(range(len(words)), 2)
     apart = ((words[a] != words[b]) & known[a] & known[b] for a, b in pairs)

@@ -27,7 +27,7 @@ AGREED = 1e-4  # relative difference up to which two motions have the same value
 
 
 def optimise(dataset: Dataset) -> str:
-    """Return the best design, its values before and after, and what speaks against it."""
+    """Return the best design, its values before and after, and doubts about it."""
     end = str(codes.words(dataset["end"]).item())
     if end == "infeasible":
         return "\n".join([ENDS[end] + _play(dataset), *_missed(dataset)])
@@ -76,7 +76,7 @@ def _play(dataset: Dataset) -> str:
 
 
 def _missed(dataset: Dataset) -> list[str]:
-    """What is not kept at the best design, and the bounds at which that stands."""
+    """Constraints not kept at the best design, and the parameters that are at their bounds there."""
     told = []
     for one in (dataset.isel(quantity=i) for i in range(dataset.sizes["quantity"])):
         value, low, high = (float(one[name]) for name in ("value", "limit_low", "limit_high"))
@@ -92,7 +92,7 @@ def _missed(dataset: Dataset) -> list[str]:
 
 
 def gradient(dataset: Dataset) -> str:
-    """Return what each quantity depends on most, relatively, and whether there is a derivative."""
+    """Return the strongest dependences of each quantity, relatively, and whether there is a derivative."""
     verdict = str(codes.words(dataset["derivative_status"]).item())
     if not np.isfinite(dataset["derivative"].values).any():
         return f"no derivative: {WHY.get(verdict, verdict)}"

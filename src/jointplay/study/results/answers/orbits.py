@@ -53,7 +53,7 @@ def _multiplier(value: np.ndarray) -> str:
 
 
 def continuation(dataset: Dataset) -> str:
-    """Return how far the branches go and why they end, and what lies on them."""
+    """Return the extent of the branches, the reasons of their ends, and the special points on them."""
     name = str(dataset.attrs["parameter"]).rpartition(".")[2]
     if not np.isfinite(dataset["period"].values).any():
         return "no periodic orbit found to begin with"
@@ -95,7 +95,7 @@ def _special(dataset: Dataset) -> str:
 
 
 def curve(dataset: Dataset) -> str:
-    """Return how far each curve goes and why it ends, and what it meets."""
+    """Return the extent of each curve, the reason of its end, and its meetings with others."""
     if not np.isfinite(dataset["period"].values).any():
         return "no curve found: no periodic orbit, or no change of it on the branch over the first parameter"
     lines = [_line(dataset, number) for number in range(min(dataset.sizes["curve"], LISTED))]
