@@ -96,7 +96,7 @@ def test_beside_a_chaotic_motion_each_is_watched_for_whether_its_chaos_lasts(mon
     for name, each in ends.items():
         monkeypatch.setattr(edges_module, name, each)
     monkeypatch.setattr(edges_module.Walk, "towards", towards)
-    monkeypatch.setattr(edges_module.Walk, "lost_again", lambda *_: None)
+    monkeypatch.setattr(edges_module.Walk, "stretch", lambda *_: None)
     found = edges_module.edges(None, "clearance", "above", None, edges_module.Search(2.0, 0.01, 1e-3), HOW)
     edge = dict(zip(CHANGES, found["edge"], strict=True))["chaos"]
     assert edge == places[next(each for each in met if places[each] >= 1.2)]

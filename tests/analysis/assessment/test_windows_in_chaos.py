@@ -72,13 +72,35 @@ def test_an_end_that_lasts_is_an_end_though_a_window_comes_first(monkeypatch):
     assert len(answer["windows"]) == 1
 
 
-@pytest.mark.parametrize(("share", "windows"), [(0.01, 0), (0.03, 1)])
-def test_how_long_an_end_lasts_is_a_setting(monkeypatch, share, windows):
+@pytest.mark.parametrize(
+    ("low", "high", "share", "windows"),
+    [
+        (0.985, 1.002, 0.01, 0),
+        (0.985, 1.002, 0.03, 1),
+        (0.994, 1.010, 0.01, 0),  # chaos is back soon beyond the value that is looked at
+        (0.997, 1.004, 0.01, 1),
+        (0.960, 1.002, 0.05, 1),  # two values that are looked at lie in it
+    ],
+)
+def test_how_long_an_end_lasts_is_a_setting(monkeypatch, low, high, share, windows):
+    """From where chaos ends to where it is back, wherever between the motion was looked at."""
     at = values()[2]
-    scene(monkeypatch, [(at * 0.985, at * 1.002, 2)], 0.0)
+    scene(monkeypatch, [(at * low, at * high, 2)], 0.0)
     answer = found(lasting=share)
     assert len(answer["windows"]) == windows
-    assert np.isfinite(answer["edge"][CHANGES.index("chaos")]) == (not windows)
+    edge = answer["edge"][CHANGES.index("chaos")]
+    assert np.isnan(edge) if windows else edge == pytest.approx(at * high, rel=0.003)
+
+
+def test_beyond_the_end_of_chaos_each_change_is_an_edge(monkeypatch):
+    """Period 1 that doubles again soon beyond the end of chaos has been reached there all the same."""
+    at = values()[2]
+    scene(monkeypatch, [(at * 0.995, at * 1.01, 1), (at * 0.8, at * 0.995, 2)], 0.0)
+    answer = found()
+    for name in ("doubling", "chaos"):
+        assert answer["edge"][CHANGES.index(name)] == pytest.approx(at * 1.01, rel=0.003)
+    assert values()[3] <= answer["back"][CHANGES.index("doubling")] < at * 0.995
+    assert len(answer["windows"]) == 0
 
 
 @pytest.mark.long

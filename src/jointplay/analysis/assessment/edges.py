@@ -10,7 +10,8 @@ and beyond the end of period 1, steps are longer; in chaos each motion has to la
 Where a trait (`settled`) first differs, the step is halved until the two motions that differ are `accuracy`
 apart: they enclose the edge. Chaos beside it has to be lasting; where it is not, the edge lies farther back.
 Chaos is full of periodic windows, most of them narrower than any step. A change of a chaotic motion is an
-edge only if it lasts over a share of the parameter beyond; else it is a window, whose two ends are enclosed.
+edge only if it lasts over a share of the parameter, from where it begins; and where chaos ends so, whatever
+else has changed is one, too. Else it is a window, whose two ends are enclosed.
 Loss of contact and loss of period 1 are then located on the periodic orbit itself, by `continuation` across
 that bracket: the grazing at which a separation appears, the multiplier through -1, the fold. A fold counts
 where the motion that is carried over it has another period: there it jumps. Chaos has no such point: brackets
@@ -26,7 +27,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -60,8 +61,8 @@ HOW = ("not_met", "bracketed", *SPECIAL, "irregular")
 CARRIED = 0.3  # of the transient and of an exponent's turns, for a motion that begins from its neighbour's
 QUICK, REPEATED = 0.25, 8  # of the transient; turns that then repeat, at least, of a motion that settles fast
 LONG = 2  # steps at once where the motion that is left has lost period 1 already
-PROBES = 4  # values, over the share that a change of a chaotic motion has to last, at which it is asked for
 PINPRICK, WIDENED, HALVED = 1e-5, 4.0, 4  # first relative distance to a window's end; factor; halvings then
+PROBES = 4  # distances, at least, over the share that a change of a chaotic motion has to last
 CHAOTIC = 10  # steps at once where the present motion is chaotic; its edges are enclosed to one step
 NARROW = 4  # values in a step beside which a motion settles slowly
 WIDER = 5.0  # brackets beyond each end in which a branch is searched: motions settle slowly beside an edge
@@ -92,6 +93,15 @@ class Search:
         return np.geomspace(begin, begin * self.reach**way, count + 1)[1:]
 
 
+class Stretch(NamedTuple):
+    """A change that is taken back before it has lasted: its two ends, its period, what was met beyond."""
+
+    low: float
+    high: float
+    period: int
+    back: Place
+
+
 @dataclass
 class Walk:
     """The settled motion along one parameter."""
@@ -101,6 +111,7 @@ class Walk:
     how: Plan
     known: dict[tuple[float, Settled], Settled] = field(default_factory=dict)
     lasts: dict[Settled, Settled] = field(default_factory=dict)
+    stretches: dict[tuple[Settled, str], Stretch | None] = field(default_factory=dict)
 
     @property
     def quick(self) -> Plan:
@@ -138,29 +149,43 @@ class Walk:
         motion = self.at(value, before)
         return value, motion if motion.period else lasting(motion, self.how, LASTING[:1])
 
-    def lost_again(self, place: Place, here: Settled, name: str, way: int, share: float) -> Place | None:
-        """The first place beyond, within a share of the parameter, where a trait is as at present again."""
-        before = place[1]
-        for k in range(PROBES):
-            beyond = self.chaotic(place[0] * (1 + share) ** (way * (k + 1) / PROBES), before)
-            if beyond[1].traits[name] == here.traits[name]:
-                return beyond
-            before = beyond[1]
-        return None
+    def stretch(self, last: Place, place: Place, name: str, share: float) -> Stretch | None:
+        """The stretch about a place in which a trait is not as at the one before; None where it lasts.
 
-    def window(self, place: Place) -> tuple[float, float]:
-        """Both ends of the window in chaos around a place."""
-        return self._window_end(place, -1), self._window_end(place, 1)
+        That is over a `share` of the parameter from where it begins, which is beyond the one before.
+        """
+        asked = place[1], name
+        if asked not in self.stretches:
+            self.stretches[asked] = self._stretch(last, place, name, share)
+        return self.stretches[asked]
 
-    def _window_end(self, place: Place, way: int) -> float:
-        inner, outer, distance = place, place, PINPRICK
-        while not outer[1].traits["chaos"] and distance < 1.0:
+    def _stretch(self, last: Place, place: Place, name: str, share: float) -> Stretch | None:
+        way = 1 if abs(place[0]) > abs(last[0]) else -1
+        long, since = math.log1p(share), abs(math.log(place[0] / last[0]))
+        back = self._end(place, name, way, share)
+        begin = back and self._end(place, name, -way, min(share, math.expm1(since)))
+        if not back or (not begin and since > long):
+            return None
+        start = begin[0] if begin else last[0]
+        if abs(math.log(back[0] / start)) > long:
+            return None
+        return Stretch(*sorted((start, back[0]), key=abs), place[1].period, back[1])
+
+    def _end(self, place: Place, name: str, way: int, share: float) -> tuple[float, Place] | None:
+        """Where a trait is no longer as at a place, and what was met there; None if not within a share."""
+        inner = outer = place
+        for distance in _distances(share):
             inner, outer = outer, self.chaotic(place[0] * (1 + distance) ** way, outer[1])
-            distance *= WIDENED
+            if outer[1].traits[name] != place[1].traits[name]:
+                break
+        else:
+            return None
+        met = outer
         for _ in range(HALVED):
             middle = self.chaotic((inner[0] + outer[0]) / 2, inner[1])
-            inner, outer = (inner, middle) if middle[1].traits["chaos"] else (middle, outer)
-        return (inner[0] + outer[0]) / 2
+            same = middle[1].traits[name] == place[1].traits[name]
+            inner, outer = (middle, outer) if same else (inner, middle)
+        return (inner[0] + outer[0]) / 2, met
 
     def _kept(self, here: Mechanism, before: Settled) -> Settled | None:
         """The motion of the same period if its orbit is stable yet: it may take thousands of turns."""
@@ -187,6 +212,13 @@ class Walk:
         yield value, at
 
 
+def _distances(share: float) -> np.ndarray:
+    """Relative distances up to a share: from a pinprick on, then evenly."""
+    even = share * np.arange(1, PROBES + 1) / PROBES
+    count = max(math.ceil(math.log(even[0] / PINPRICK, WIDENED)), 0)
+    return np.append(PINPRICK * WIDENED ** np.arange(count), even)
+
+
 def _brief(motion: Settled) -> bool:
     """Whether a motion's period is short enough to be seen in few turns."""
     return 0 < motion.period <= REPEATED // REPEATS
@@ -205,7 +237,7 @@ def edges(mechanism: Mechanism, key: str, side: str, start: Any, search: Search,
     """
     walk, begin = Walk(mechanism, key, how), float(Parameter(mechanism, key).value)
     found = {name: (math.nan,) * 5 + (HOW.index("not_met"),) for name in CHANGES}
-    limit, looked, status, trouble, windows = begin, 0, 0, "", []
+    limit, looked, status, trouble, windows = begin, 0, 0, "", {}
     try:
         here = lasting(settled(mechanism, start, how), how)
         trail, search = [(begin, here)], search.of(here)
@@ -217,27 +249,29 @@ def edges(mechanism: Mechanism, key: str, side: str, start: Any, search: Search,
                     place = place[0], lasting(place[1], how, LASTING[:1])
                 if any(_changed(found[name], place, here, name) for name in CHANGES):
                     place = walk.lasting(place)
-                limit, looked, again = place[0], looked + 1, None
+                limit, looked, last = place[0], looked + 1, place
                 for name in CHANGES:
                     if not _changed(found[name], place, here, name):
                         continue
                     if found[name][-1]:
                         found[name] = (*found[name][:-2], place[0], found[name][-1])
-                    elif back := _again(walk, name, place, here, SIDES[side], search):
-                        again = back
-                        windows += [(*walk.window(place), place[1].period)] if name == "chaos" else []
+                    elif window := _window(walk, name, trail[-1], place, here, search):
+                        last = window.back
+                        windows |= {} if place[1].traits["chaos"] else {limit: window[:3]}
                     else:
                         found[name] = _located(walk, name, trail, place, here, search)
-                trail.append(again or place)
+                trail.append(last)
             steps = LONG if found["doubling"][-1] and here.period else 1
             values = values[min(steps, max(len(values) - 1, 1)) :]  # the last one is looked at in any case
+            values = values[np.abs(values / begin - 1) > abs(last[0] / begin - 1)]  # beyond a window
     except Unsettled as error:
         status, trouble = error.status, Status(error.status).meaning
     except InputError as error:
         status, trouble = int(Status.BAD_PARAMETERS), str(error)
     columns = np.array([found[name] for name in CHANGES]).T
     names = ("edge", "error", "low", "high", "back", "how")
-    ended = {"status": status, "trouble": trouble, "limit": limit, "looked": looked, "windows": windows}
+    ended = {"status": status, "trouble": trouble, "limit": limit, "looked": looked}
+    ended["windows"] = list(windows.values())
     return ended | dict(zip(names, columns, strict=True))
 
 
@@ -247,9 +281,13 @@ def _changed(found: tuple[float, ...], place: Place, here: Settled, name: str) -
     return math.isnan(found[-2]) and same == bool(found[-1])
 
 
-def _again(walk: Walk, name: str, place: Place, here: Settled, way: int, search: Search) -> Place | None:
-    """Place at which a chaotic motion's change is taken back before it has lasted; None where it lasts."""
-    return None if here.period else walk.lost_again(place, here, name, way, search.lasting)
+def _window(
+    walk: Walk, name: str, last: Place, place: Place, here: Settled, search: Search
+) -> Stretch | None:
+    """The window in chaos that a place lies in; what else changes there without chaos is part of it."""
+    if here.period or last[1].period:
+        return None
+    return walk.stretch(last, place, name if place[1].traits["chaos"] else "chaos", search.lasting)
 
 
 def _located(
@@ -278,12 +316,14 @@ def _bracket(
 ) -> tuple[Place, Place]:
     """Halve the distance of two motions that differ in a trait, followed from the first one."""
     while abs(first[0] - last[0]) > search.accuracy * abs(first[0]):
-        value, way = (first[0] + last[0]) / 2, 1 if first[0] > last[0] else -1
+        value = (first[0] + last[0]) / 2
         middle = walk.lasting((value, walk.at(value, last[1])))
-        if middle[1].traits[name] == last[1].traits[name]:
+        same = middle[1].traits[name] == last[1].traits[name]
+        window = None if same else _window(walk, name, last, middle, here, search)
+        if same:
             last = middle
-        elif again := _again(walk, name, middle, here, way, search):  # a window before the edge
-            last = again
+        elif window and abs(window.back[0] - value) < abs(first[0] - value):  # before the edge
+            last = window.back
         else:
             first = middle
     return last, first
