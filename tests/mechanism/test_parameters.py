@@ -134,7 +134,7 @@ def beyond(one):
 @pytest.mark.parametrize("law", [*LAWS, *FRICTIONS])
 def test_numbers_of_laws_have_the_bounds_that_their_laws_say(law):
     plain = jp.catalog.slider_crank(friction=0.0)
-    numbers = (LAWS | FRICTIONS)[law].trial
+    numbers = {**LAWS, **FRICTIONS}[law].trial
     if law in LAWS:
         beside = {name: numbers.pop(name) for name in ("stiffness", "damping") if name in numbers}
         given = {"joints.B.contact": {"law": law, "parameters": numbers} | beside}
