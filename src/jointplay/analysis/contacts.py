@@ -1,4 +1,4 @@
-"""Statistics of a motion's contacts: how often, long and hard, in which order, and near misses.
+"""Statistics of a motion's contacts: their rate, duration, speed and order, and near misses.
 
 A contact begins with an event `contact` and ends with a `separation`; a rigid wall's `impact` is both at
 once, and where impacts end in `rest` on it, that lasts until a `separation`. Events are recorded with the

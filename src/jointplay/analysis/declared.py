@@ -105,7 +105,7 @@ class Outputs:
         return {name: out.none(tuple(sizes[dim] for dim in dims[name])) for name, out in outs.items()}
 
     def failed(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values of a run that failed, of those that one would have."""
+        """Values of the same variables in a run that failed."""
         outs = {name: self.variables[name] for name in values}
         return {n: v if outs[n].missing is KEPT else outs[n].none(np.shape(v)) for n, v in values.items()}
 
@@ -136,5 +136,5 @@ class Outputs:
 
 
 def values_of(result: xr.Dataset, names: Iterable[str]) -> dict[str, Any]:
-    """Values of those variables that a result has."""
+    """Values of the named variables that a result has."""
     return {name: result[name].values for name in names if name in result}

@@ -27,7 +27,7 @@ STRANGE = re.compile(r"[^\w.+@-]")  # what a word of flags cannot hold
 
 
 class Quantities:
-    """Quantities of rows of records (time, positions, speeds, modes, work), computed when asked for.
+    """Quantities of rows of records (time, positions, speeds, modes, work), computed when first used.
 
     Those that depend on accelerations are taken from `sharp` instead, where it is given (analysis.rates).
     """
@@ -138,7 +138,7 @@ class Quantities:
 
     @property
     def _gained(self) -> np.ndarray:
-        """Kinetic and potential energy of the links, less those at the start."""
+        """Gain of kinetic and potential energy of the links since the start."""
         return self._mechanical(self.rows) - self._mechanical(self.start[None, :])[0]
 
     def _mechanical(self, rows: np.ndarray) -> np.ndarray:

@@ -77,7 +77,7 @@ def recorded(
     key: str = "record",
     integrals: bool = True,
 ) -> tuple[str, ...]:
-    """Names to record: those asked for, checked, or the usual ones that the mechanism has.
+    """Names to record: the given ones, checked, or the usual ones that the mechanism has.
 
     Without `integrals`, integrals over time since the start are refused.
 

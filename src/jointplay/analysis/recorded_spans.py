@@ -28,7 +28,7 @@ NORMAL, ACROSS, PINS = "normal_force", "tangential_force", "reaction"
 
 
 def even_times(spans: Spans, period: float) -> np.ndarray | None:
-    """Times at which largest sizes are looked for; None where they would be too many to keep.
+    """Times at which largest sizes are sought; None where they would be too many to keep.
 
     Of long spans they are those of a history that is sampled as usual, which then serves both.
     """

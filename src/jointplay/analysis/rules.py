@@ -234,7 +234,7 @@ def section_fields(section: Section | None, model: Model, skip: int) -> dict[str
 
 
 def unlike_turns(mechanism: Mechanism) -> Iterator[Problem]:
-    """Yield a problem for each part that tells one turn from the next."""
+    """Yield a problem for each part that makes one turn differ from the next."""
     drive = mechanism.drive
     if drive and drive.transient:
         text = "a drive that does the same in each turn is"

@@ -1,4 +1,4 @@
-"""Time histories of a motion, with its events and, if asked, its section points."""
+"""Time histories of a motion, with its events and, if wanted, its section points."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _within_the_run(
 
 
 def _one_way(at: Any, steps: bool, samples_per_turn: int | None) -> Iterator[Problem]:
-    """Yield a problem where samples are asked for in two ways."""
+    """Yield a problem where samples are given in two ways."""
     given = {"at": at, "steps": steps, "samples_per_turn": samples_per_turn}
     ways = [name for name, value in given.items() if value]
     if len(ways) > 1:

@@ -32,7 +32,7 @@ class End(NamedTuple):
 def placed(
     mechanism: Mechanism | TestSystem, start: Any, section: Section | None = None, powers: bool = False
 ) -> Model:
-    """Assemble a mechanism at a start, with the quantity of a section, and with integrals of powers if asked.
+    """Assemble a mechanism at a start, with the quantity of a section, and integrals of powers if wanted.
 
     The start is as in `assemble`; a state vector of a linkage too, which with a constant speed may have the
     crank's angle at its end (`whole_names`), else 0; or an `End` of a mechanism with the same states: a
@@ -108,7 +108,7 @@ def whole_names(model: Model) -> tuple[str, ...]:
 
 
 def free_states(model: Model) -> tuple[str, ...]:
-    """Names of those that can differ by a little: of a system with modes all but these."""
+    """Names of the states that can differ by a little: all but the modes of a system."""
     return tuple(name for name in state_names(model) if name not in model.modes)
 
 

@@ -113,7 +113,7 @@ class Bundle:
             self.y.real[place] = value
 
     def advance(self, until: float = np.inf, tell: Callable[[], None] | None = None) -> int:
-        """Go on until that time, or the rows are full, or the run ends; give back how (method.flow).
+        """Go on until that time, or the rows are full, or the run ends; give back which it was (method.flow).
 
         `tell` is called after each piece of the run (motion.pieces).
         """

@@ -1,4 +1,4 @@
-"""The assessment of a linkage with clearance: how hard its joints are worked, and how near other motions are.
+"""The assessment of a linkage with clearance: loads of its joints, and distances to other motions.
 
 The present motion's forces are held against those of the same linkage with ideal joints (`forces`); from its
 present value outward, each clearance and the drive's speed is followed to where contact is first lost or
@@ -76,7 +76,7 @@ def assess(
     n_jobs: Natural | None = None,
     **motion: Unpack[Settling],
 ) -> xr.Dataset:
-    """Assess a linkage with clearance: forces, losses, and how far it is from other motions.
+    """Assess a linkage with clearance: forces, losses, and distances to other motions.
 
     Parameters
     ----------

@@ -120,7 +120,7 @@ class Walk:
 
     @property
     def carried(self) -> Plan:
-        """Settings of motions that begin beside the one they settle to."""
+        """Settings of motions that begin near the one they settle to."""
         turns = max(round(CARRIED * self.how.lyapunov_turns), 1)
         return replace(self.how, transient=round(CARRIED * self.how.transient), lyapunov_turns=turns)
 

@@ -90,7 +90,7 @@ def _history(model: Model, how: Plan, records: Records, parts: list[np.ndarray])
 
 
 def _sizes(given: History) -> np.ndarray:
-    """Force of each joint, those with clearance first."""
+    """Force of each joint, joints with clearance first."""
     parts = [given["reaction"]] if "reaction" in given else []
     if "normal_force" in given:
         parts.insert(0, np.hypot(given["normal_force"], given["tangential_force"]))

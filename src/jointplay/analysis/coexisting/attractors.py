@@ -1,4 +1,4 @@
-"""Attractors over a parameter: which motions last beside each other, and how likely each is.
+"""Attractors over a parameter: coexisting lasting motions, and their probabilities.
 
 At every value starts drawn at random in a region are followed until it is known where they end
 (`coexisting.lasting`). Then every motion found is carried to the neighbouring values, until that brings up
@@ -88,7 +88,7 @@ def attractors(
     n_jobs: Natural | None = None,
     **motion: Unpack[Settling],
 ) -> xr.Dataset:
-    """Follow the motions that exist beside each other over a parameter, with their fractions of the starts.
+    """Follow coexisting motions over a parameter, with their fractions of the starts.
 
     Parameters
     ----------
@@ -243,7 +243,7 @@ def _carried(
 
 
 def _neighbours(fresh: list[tuple[int, int]], states: list[Sequence[str]]):
-    """Values to which motions are carried, ascending, each with those motions."""
+    """Values to which motions are carried, ascending, each with its motions."""
     into: dict[int, list[tuple[int, int]]] = {}
     for i, n in fresh:
         for j in (i - 1, i + 1):

@@ -72,7 +72,7 @@ class Table:
         return found.assign_coords({dim: each for dim, each in counts.items() if dim in found.dims})
 
     def fractions(self) -> dict[str, Any]:
-        """Periods of motions, and fractions of the starts: of those of a value that could start."""
+        """Periods of motions, and their fractions of the starts that could begin."""
         started = self.starts - self._counted("no_start")
         count, low, high = self._filled("count", 0), *np.full((2, *self.shape), np.nan)
         for i, total in enumerate(started):

@@ -89,7 +89,7 @@ class Boundary:
         return section_map(self.cut(name), plane, 1, self.section.rtol, self.section.max_steps)
 
     def _placed(self, state: np.ndarray) -> np.ndarray:
-        """A state at the section, angles as those of motions are."""
+        """A state at the section, angles as in the motions."""
         state = state.copy()
         for i in np.flatnonzero(self.motions.base.fold):
             state[i] = (state[i] + np.pi) % (2 * np.pi) - np.pi

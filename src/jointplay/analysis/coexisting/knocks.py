@@ -96,7 +96,7 @@ def _link_speeds(model: Model, link: str, changes: np.ndarray) -> np.ndarray:
 
 
 def knocks(model: Model, mechanism: Mechanism | TestSystem, impulses: Sequence[Impulse] = ()) -> list[Knock]:
-    """Kinds of knock that a model can have: of each kind all, and of impulses on points those given."""
+    """Kinds of knock that a model can have: all of each kind, and the given impulses on points."""
     if not model.links:
         return [Knock(f"state:{name}", 1.0) for name in free_states(model)]
     nominal, found = math.tau / model.period, []

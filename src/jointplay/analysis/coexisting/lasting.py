@@ -100,7 +100,7 @@ class Motions:
         return labels
 
     def _sort(self, block: dict[int, Model], labels: np.ndarray, afar: FromAfar | None) -> dict[int, list]:
-        """Follow starts beside each other; of each its section points in the transient, by stretches."""
+        """Follow starts side by side; section points of each in the transient, by stretches."""
         nothing = np.zeros((0, len(self.base.state)))
         runs = {n: _Run(model, nothing, None) for n, model in block.items()}
         paths, left = {n: [] for n in runs}, self.observation.transient
@@ -124,7 +124,7 @@ class Motions:
         return paths
 
     def _advance(self, runs: dict[int, _Run], turns: int, labels: np.ndarray, keep: int) -> None:
-        """Follow runs for some turns; those that fail are taken out."""
+        """Follow runs for some turns; failed ones are taken out."""
         if not runs:
             return
         look()
@@ -183,7 +183,7 @@ class Motions:
         return len(self.known) - 1
 
     def _like_known(self, runs: dict[int, _Run], labels: np.ndarray) -> None:
-        """Take out runs whose shares of time are those of a known motion without a period."""
+        """Take out runs with the shares of time of a known motion without a period."""
         for index, motion in enumerate(self.known):
             for n in [*runs] if not motion.period else []:
                 if alike(motion.points, runs[n].points):

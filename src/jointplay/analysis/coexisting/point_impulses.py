@@ -1,4 +1,4 @@
-"""Impulses at points of links: how they change the speeds.
+"""Impulses at points of links, and the changes of speed by them.
 
 An impulse J on the point P of a link changes the free speeds by z+ - z = M^-1 V^T J, with V = dP'/dz = dP/dq
 and the mass matrix M, and so the velocity of P by W J, with W = V M^-1 V^T (virtual work). The slopes of P

@@ -54,7 +54,7 @@ class Cloud:
         return self.tree.query(points, p=np.inf)[0]
 
     def holds(self, points: np.ndarray) -> np.ndarray:
-        """Whether the last points of runs, shape (runs, turns, coordinates), lie among those of the cloud."""
+        """Whether the last points of runs, shape (runs, turns, coordinates), lie among the cloud's points."""
         if points.shape[1] < AMONG:
             return np.zeros(len(points), dtype=bool)
         last = points[:, -AMONG:].reshape(-1, points.shape[-1])
@@ -91,7 +91,7 @@ def alike(one: np.ndarray, other: np.ndarray) -> bool:
 
 @dataclass
 class FromAfar:
-    """Motions that are recognised from afar: those of which starts that were followed have shown it right.
+    """Motions that are recognised from afar, as starts that were followed have shown it right.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ class FromAfar:
         return np.where(found.sum(axis=0) == 1, found.argmax(axis=0), -1)
 
     def learn(self, paths: Sequence[Sequence[np.ndarray]], labels: Sequence[int]) -> None:
-        """Take in where runs arrived that were looked at after each piece of their paths."""
+        """Learn from the ends of runs whether motions recognised along their paths were right."""
         left, looks = [*zip(paths, labels, strict=True)], 0
         while left := [(path, label) for path, label in left if len(path) > looks]:
             looks += 1

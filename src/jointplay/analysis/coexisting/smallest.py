@@ -93,7 +93,7 @@ class Knocked:
         return self.tipped(self.ends(tried))
 
     def tipped(self, labels: np.ndarray) -> np.ndarray:
-        """Whether these numbers are those of other motions, or of one that does not settle."""
+        """Whether the numbers are of other motions, or of one that does not settle."""
         return (labels != self.own) & (labels != FAILED) & (labels != NO_START)
 
     def within(self, places: Sequence[Place], sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -168,7 +168,7 @@ def _checked(knocked: Knocked, place: Place, low: float, high: float) -> Smalles
 
 
 def _larger(knocked: Knocked, place: Place, size: float) -> tuple[float, float]:
-    """The smallest larger knock that is confirmed, or NaN; and the share that tips of those up to 1.2."""
+    """The smallest larger knock that is confirmed, or NaN; and the share of knocks up to 1.2 that tips."""
     sizes = size * LARGER
     over = knocked.tips([(place, each) for each in sizes])
     begin = np.flatnonzero(~over[:-1] & over[1:])

@@ -75,7 +75,7 @@ def followed(
 def variables(
     axis: Axis, cells: Sequence[Mapping[str, Any]], answers: Sequence[Entry], events: Sequence[Change]
 ) -> dict[str, Any]:
-    """Special points by identity, and the kind of those between the values of a beginning or an end."""
+    """Special points by identity, and the kind of any between the values of a beginning or an end."""
     rows = [
         (int(kind), float(value), cell["identity"], cell["period"])
         for cell, answer in zip(cells, answers, strict=True)
@@ -105,7 +105,7 @@ def variables(
 
 
 def _between(axis: Axis, change: Change, rows: Sequence[tuple[int, float, int, int]]) -> int:
-    """Kind of the bifurcation between the values of a change, the first of `TOLD` that is there."""
+    """Kind of the bifurcation between the values of a change, the first in the order of `TOLD`."""
     low, high = (axis.values[i] for i in change.between)
     those = (change.identity, change.other) if change.kind in ("split", "merger") else (change.identity,)
     found = [kind for kind, value, identity, _ in rows if identity in those and low <= value <= high]

@@ -28,7 +28,7 @@ SIDES = {Mode.SLIP_POSITIVE: 1.0, Mode.SLIP_NEGATIVE: -1.0}
 
 @dataclass(frozen=True)
 class Coincidence(Meeting):
-    """A slip reversal beside the beginning or the end of its contact.
+    """A slip reversal at the beginning or the end of its contact.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def sliding(model: Model, rows: np.ndarray, contact: int) -> np.ndarray:
 
 
 def coincident(orbit: Orbit, event: tuple[int, int]) -> tuple[float, Coincidence] | None:
-    """The beginning or end of a contact at which it slides least, and how fast, over its largest speed.
+    """The beginning or end of a contact with the slowest sliding, and that speed over its largest.
 
     None if slip has no part in the event that vanishes, or is not followed there.
     """

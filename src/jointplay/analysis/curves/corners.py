@@ -89,7 +89,7 @@ def corner(
 
 
 def _across(family: Family, last: Point) -> Iterator[tuple[Orbit, np.ndarray, tuple[int, int]]]:
-    """Orbits beside a curve that lack an event of a gap, the nearest first; where they are, and the event."""
+    """Orbits near a curve that lack an event of a gap, the nearest first; their places, and the event."""
     along = last.tangent[-2:] / np.linalg.norm(last.tangent[-2:])
     events = last.orbit.image.events
     for away in AWAY:

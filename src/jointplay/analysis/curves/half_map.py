@@ -41,7 +41,7 @@ class HalfMap(SectionMap):
         turns: int | None = None,
         directions: Directions | None = None,
     ) -> Image:
-        """Image of a state under the half map; its events are those of the whole orbit."""
+        """Image of a state under the half map, with the events of the whole orbit."""
         image = self._followed(state, math.pi, self.turns // 2, derivative, directions)
         if image.status:
             return image

@@ -90,7 +90,7 @@ def starts_in(
 
 
 def _beside(orbits: Iterator[tuple[Orbit, float]], event: tuple[int, int]) -> tuple[Orbit, float] | None:
-    """Of the first two orbits that differ by an event the one with fewer; without an event, the first one."""
+    """The one with fewer events of the first two orbits that differ by an event; without one, the first."""
     known: list[tuple[Orbit, float]] = []
     for orbit, value in orbits:
         for other in known:

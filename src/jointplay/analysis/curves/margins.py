@@ -1,4 +1,4 @@
-"""Guards along a motion, as the flow watches them, and how near they come to firing.
+"""Guards along a motion, as the flow watches them, and their margins before they fire.
 
 The margin of a guard is the number that reaches zero where it fires: a gap in flight, the force or the
 penetration in contact, the speed of sliding, the distance from the friction cone. It is evaluated by the

@@ -76,7 +76,7 @@ class Curves:
     onward: Collection[int] = ()
 
     def traced(self, starts: Sequence[Begin]) -> Iterator[Curve]:
-        """The curve of each start, but for those already passed; then those of the grazings on them."""
+        """The curve of each start that is not passed already; then the curves of grazings on them."""
         found: list[Curve] = []
         waiting = list(starts)
         for start in waiting:  # which grows

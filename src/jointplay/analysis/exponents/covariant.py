@@ -258,7 +258,7 @@ def _larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def _solved(blocks: list[Block], done: int) -> tuple[list[Vectors], np.ndarray, np.ndarray]:
-    """Vectors over the first `done` blocks, and how far those from two beginnings differ where these end.
+    """Vectors over the first `done` blocks, and their angles at the end with vectors from another beginning.
 
     Then the vectors' columns where the blocks begin.
     """

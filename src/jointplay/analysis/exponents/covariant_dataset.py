@@ -57,7 +57,7 @@ class Findings:
         self.begin, self.row = begin, (until - begin) / batch_means.BLOCKS
 
     def add(self, vectors: list[Vectors], residual: np.ndarray) -> None:
-        """Add those of the next blocks, and how far from settled they are where these end."""
+        """Add the vectors of the next blocks, and their distance from settled ones at the end."""
         self.residuals.append(residual)
         for block, C, grown in vectors:
             growth = np.array([grown, block.growth])
@@ -96,7 +96,7 @@ class Findings:
         }
 
     def values(self, turning: bool) -> dict[str, Any]:
-        """Values of the variables; those per turn where something turns."""
+        """Values of the variables; also per turn where something turns."""
         found = self._exponents(turning)
         found["settling_residual"] = np.max([each[: self.count] for each in self.residuals], axis=0)
         return found | self._at_points() if self.points else found

@@ -51,7 +51,7 @@ def backward(factors: Iterable[np.ndarray], C: np.ndarray) -> Iterator[tuple[np.
 
 
 def widened(C: np.ndarray, count: int) -> np.ndarray:
-    """C with so many columns: those that it does not have along axes of their own."""
+    """C with so many columns, new ones along axes of their own."""
     wide = np.eye(count)
     wide[: len(C), : len(C)] = C
     return wide

@@ -52,7 +52,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Stretched:
-    """Rows of growing tangents (`batch_means`), their logarithms' columns, and how the run ended.
+    """Rows of growing tangents (`batch_means`), their logarithms' columns, and the end of the run.
 
     `neutral`: the first tangent is the rate of the state itself; `rested`: it was, until the motion came to
     rest. `way`: as of trajectory.Records.
@@ -156,7 +156,7 @@ def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[St
 
 
 def followed_together(asked: Sequence[tuple[Model, Request | Stretch]]) -> list[Records | Stretched]:
-    """Follow motions side by side, those with tangents in lanes of their own (motion.company)."""
+    """Follow motions side by side, motions with tangents in lanes of their own (motion.company)."""
     found: dict[int, Records | Stretched] = {}
     for kind, together in ((Request, follow_ensemble), (Stretch, grown_together)):
         some = [n for n, (_, one) in enumerate(asked) if isinstance(one, kind)]
@@ -166,7 +166,7 @@ def followed_together(asked: Sequence[tuple[Model, Request | Stretch]]) -> list[
 
 
 def _tangent(model: Model, asked: Stretch) -> Tangent:
-    """The tangent that `framed` has beside the motion's own."""
+    """The tangent that `framed` has besides the motion's own."""
     scale, request = scales(model), asked.request
     block = (request.duration - asked.begin) / batch_means.BLOCKS
     limits = SOLVED * request.rtol, tolerated(model.structure, request.rtol)
@@ -213,7 +213,7 @@ def follow(
     error: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[np.ndarray, dict[str, Any]]:
-    """Follow the transient, then blocks until the end, the target error or a failure: rows, how it ended."""
+    """Follow the transient, then blocks until the end, the target error or a failure: rows, and the end."""
     began, status, end = time.perf_counter(), OK, bundle.request.duration
 
     def go_on(until: float = math.inf) -> int:

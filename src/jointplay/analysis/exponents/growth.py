@@ -73,7 +73,7 @@ class Turn:
         return np.concatenate([absolute[:n_q], absolute[n_q:] / SPEED_FLOOR])
 
     def records(self, state: np.ndarray, turns: int, skip: int = 0, events: bool = False) -> Records:
-        """Follow a state for whole turns; keep the passages after the first `skip`, and events if asked."""
+        """Follow a state for whole turns; keep the passages after the first `skip`, and events if wanted."""
         model = replace(self.model, state=state)
         forward = model.forward
         request = Request(
@@ -256,7 +256,7 @@ def twin(
 
 
 def beside(value: float, error: float, growth: dict[str, Any]) -> dict[str, Any]:
-    """Values of `BESIDE`: a growth that checks the section map's largest exponent, and how far it is away."""
+    """Values of `BESIDE`: a growth that checks the section map's largest exponent, and their difference."""
     combined = math.hypot(error, growth["error"])
     apart = (growth["growth"] - value) / combined if combined else math.nan
     return dict(zip(BESIDE, (growth["growth"], growth["error"], apart, growth["status"]), strict=True))

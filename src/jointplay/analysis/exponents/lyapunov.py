@@ -56,7 +56,7 @@ def number_or_all(given: Any) -> Any:
 
 
 def exponents_fit(mechanism: Mechanism | TestSystem, exponents: int | str) -> Iterator[Problem]:
-    """Yield a problem where more exponents are asked for than there are."""
+    """Yield a problem where more exponents are wanted than there are."""
     if exponents in (1, "all"):
         return
     if exponents > (states := directions(assemble(mechanism))):

@@ -80,7 +80,7 @@ def _energy(M: np.ndarray, speeds: np.ndarray) -> np.ndarray:
 
 
 def _rows(model: Model) -> dict[str, list[int]]:
-    """Rows of Z by part; none where Z does not tell a motion."""
+    """Rows of Z by part; none where Z does not determine a motion."""
     if not model.links:
         return {}
     names, count = state_names(model)[: len(model.turning)], 2 * len(model.joints)

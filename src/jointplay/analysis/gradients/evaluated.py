@@ -75,7 +75,7 @@ class Run:
     limit: int
 
     def quantities(self, wanted: list[Quantity]) -> tuple[np.ndarray, np.ndarray, float]:
-        """Values, derivatives (quantities, directions), and how near an event came to grazing.
+        """Values, derivatives (quantities, directions), and the nearest approach of an event to grazing.
 
         Raises
         ------
@@ -116,7 +116,7 @@ class Run:
         return peak(self.model, wanted.key, sign, self.end, self.turns, self.rtol, self.limit)
 
     def _at(self, bundle: Bundle, at: Peak, key: str, events: dict) -> tuple[float, np.ndarray]:
-        """Value and derivatives of a quantity at an extreme value; `events` keeps both sides of those met."""
+        """Value and derivatives of a quantity at an extreme value; `events` keeps both sides of events."""
         if at.where in ("within", "start"):
             self._advance(bundle, at.time)
             return at.value, self._here(bundle.recorded, key, bundle.vectors, np.zeros(len(self.directions)))[

@@ -250,7 +250,7 @@ def _orbit(cut: SectionMap, transient: int, progress: Any) -> Orbit:
 
 
 def _moving(orbit: Orbit, cut: SectionMap, directions: Directions) -> tuple[Model, Directions]:
-    """The orbit's model at its start, and how its state there moves: dx = (I - DP)^-1 dP/dp."""
+    """The orbit's model at its start, and the derivative of its state there: dx = (I - DP)^-1 dP/dp."""
     state, _ = at_phase(orbit, cut.phase)
     section = replace(orbit.map, phase=cut.phase)
     image = section.image(state, directions=directions)

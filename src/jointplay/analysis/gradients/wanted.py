@@ -48,7 +48,7 @@ def quantity(name: str) -> Quantity:
 
 
 def known_quantities(mechanism: Mechanism | TestSystem, orbit: bool = False) -> list[str]:
-    """Names of all quantities of a mechanism, of a periodic orbit those of its multipliers too."""
+    """Names of all quantities of a mechanism, and of the multipliers of a periodic orbit."""
     from jointplay.analysis.starts import crank_place, state_names
     from jointplay.solver.mechanism.assemble import assemble
 

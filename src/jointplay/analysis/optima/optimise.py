@@ -344,7 +344,7 @@ def _course(
     settings: Mapping[str, Any],
     run: Mapping[str, Any],
 ) -> xr.Dataset | None:
-    """The first recorded quantity among those named, over the turns."""
+    """The first recorded quantity of the named ones, over the turns."""
     keys = [name.partition(":")[2] for name in names]
     linkage = isinstance(mechanism, Mechanism)
     known = [key for key in keys if key.partition(":")[0] in (WORDS if linkage else ("state",))]

@@ -126,7 +126,7 @@ class Trials:
         return trial
 
     def _start(self, x: np.ndarray) -> dict[str, Any]:
-        """Keywords by which the orbit at a design is sought beside the one found last."""
+        """Keywords by which the orbit at a design is sought near the one found last."""
         if self.near is None:
             return {}
         state = self.near.orbit + self.near.moves @ (x - self.near.x)
@@ -191,7 +191,7 @@ class Aim:
         return trial.slopes[rows] * (np.where(sides == 0, 1.0, -1.0) / self.units[rows])[:, None]
 
     def missed(self, trial: Trial) -> float:
-        """By how much the worst constraint is not kept; infinite where there is no motion."""
+        """Amount by which the worst constraint is not kept; infinite where there is no motion."""
         return float("inf") if trial.status else float(np.max(-self.margins(trial), initial=0.0))
 
     def better(self, one: Trial, other: Trial | None, slack: float) -> bool:

@@ -33,7 +33,7 @@ def alike(one: Point, other: Point) -> bool:
 
 
 def image_beyond(family: Family, point: Point) -> tuple[Image, float] | None:
-    """The first image with other events of motions a little beyond a point, along its tangent; how far."""
+    """The first image with other events of motions a little beyond a point, along its tangent; distance."""
     for distance in PROBES:
         map_there, state = family.placed(point.z + distance * point.tangent, point)
         image = map_there.image(state, False)

@@ -165,7 +165,7 @@ class Tracer:
         return last.z + length * last.tangent + length**2 * self.bend
 
     def _factor(self, last: Point, new: Point, length: float) -> float:
-        """By how much the step after this one may be longer, or has to be shorter.
+        """Factor by which the step after this one may be longer, or has to be shorter.
 
         Beside a grazing corrections leave a share of the condition each, to keep its side: their number says
         nothing of the step.
@@ -237,7 +237,7 @@ class Tracer:
         return self._go_on(before, beyond, width, narrowed)
 
     def _leap(self, last: Point, length: float) -> tuple[Point, float] | None:
-        """The nearest point beyond a grazing that short steps do not reach, and how closely that is enclosed.
+        """The nearest point beyond a grazing that short steps do not reach, and the width that encloses it.
 
         Beside it multipliers may change with the root of the distance on one side, and smoothly on the other.
         """

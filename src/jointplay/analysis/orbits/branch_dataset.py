@@ -28,7 +28,7 @@ JUMP = 10.0  # least distance of neighbours on the section asked for, over their
 
 
 class Passages:
-    """Passages of the orbits of points, and of motions beside them, through the section asked for.
+    """Passages of the orbits of points, and of motions next to them, through the wanted section.
 
     With `rates` also rows whose accelerations are resolved (analysis.rates). Each orbit is followed once.
     """
@@ -39,7 +39,7 @@ class Passages:
         self._of: dict[int, tuple[Point, tuple, list[Motion]]] = {}
 
     def of(self, point: Point) -> tuple[np.ndarray, np.ndarray, int]:
-        """Rows of a point's orbit, those for accelerations, and the status of the run."""
+        """Rows of a point's orbit, rows for accelerations, and the status of the run."""
         return self._all(point)[1]
 
     def slopes(self, point: Point, own: Motion, turn: int, names: Sequence[str]) -> Slopes:
@@ -69,7 +69,7 @@ class Passages:
 def point_row(
     point: Point, passages: Passages, names: Sequence[str], before: dict[str, Any] | None
 ) -> dict[str, Any]:
-    """Numbers of a point's orbit, its states on the section asked for, and quantities there.
+    """Numbers of a point's orbit, its states on the wanted section, and quantities there.
 
     Of an orbit of several turns that one comes first with which all are nearest to those of the row `before`.
     """
@@ -106,7 +106,7 @@ def _text(long_name: str) -> str:
 
 
 def _apart(section: SectionMap, point: Point, rows: np.ndarray, before: dict[str, Any] | None) -> float:
-    """Largest distance, in units of the arc, of the states of two points on the section asked for."""
+    """Largest distance, in units of the arc, of the states of two points on the wanted section."""
     if before is None or len(before["rows"]) != len(rows):
         return 0.0
     end = 1 + len(point.orbit.state)
@@ -212,7 +212,7 @@ def _quantities(table: list[list[dict[str, Any]]], size: int, names: Sequence[st
 
 
 def filled(table: Sequence[Sequence[dict[str, Any]]], blank: dict[str, Any]) -> dict[str, np.ndarray]:
-    """Numbers of points over branches and points, by name; those of `blank` past a branch's last point."""
+    """Numbers of points over branches and points, by name; `blank` past a branch's last point."""
     size = max(map(len, table), default=0)
     rows = [[*branch, *[blank] * (size - len(branch))] for branch in table]
     shape = len(table), size

@@ -140,7 +140,7 @@ def _located(family: Family, one: Point, other: Point, kind: str, test: Test, en
 
 
 def _root(one: tuple, other: tuple) -> Any:
-    """Parameter of a test function's zero, by interpolation: beside a branch point arcs are uncertain."""
+    """Parameter of a test function's zero, by interpolation: near a branch point arcs are uncertain."""
     (a, p, _), (b, r, _) = one, other
     return p.q if a == b else p.q - a * (r.q - p.q) / (b - a)
 

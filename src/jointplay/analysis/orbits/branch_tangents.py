@@ -34,7 +34,7 @@ NUMBERS = ("period_time", "smallest_impact_speed")  # of an orbit
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion h of the arc beside a point of a branch, with its rows on the section asked for.
+    """A motion at the arc length h from a point of a branch, with its rows on the wanted section.
 
     `sharp`: rows for accelerations, as `branch_dataset.Passages` gives them.
     """
@@ -50,11 +50,11 @@ class Motion:
 
     @property
     def state(self) -> np.ndarray:
-        """On the section asked for."""
+        """State on the wanted section."""
         return self.rows[0, 1 : 1 + len(self.orbit.state)]
 
     def quantities(self, names: Sequence[str]) -> dict[str, Any]:
-        """Quantities on the section asked for."""
+        """Quantities on the wanted section."""
         return Quantities(self.orbit.map.model, self.rows, self.rows[0], self.sharp).variables(names, "turn")
 
     def number(self, name: str) -> float:
@@ -76,7 +76,7 @@ class Slopes:
 
 
 def beside(family: Family, point: Point, follow: Callable[[Orbit], tuple]) -> list[Motion]:
-    """The motions beside a point that have its events: two, one or none."""
+    """The motions next to a point that have its events: two, one or none."""
     if not np.any(point.tangent):
         return []
     for h in STEPS:

@@ -143,7 +143,7 @@ def continuation(
 
 @dataclass
 class Explorer:
-    """The branch of an orbit, traced both ways, and those that leave it and one another.
+    """The branch of an orbit, traced both ways, and the branches that leave it and one another.
 
     Parameters
     ----------

@@ -53,7 +53,7 @@ def history(
 
 
 def orbit_numbers(orbit: Orbit) -> dict[str, Any]:
-    """Numbers of an orbit, by name: those of `NUMBERS`, and multipliers, exponents, stability."""
+    """Numbers of an orbit, by name: `NUMBERS`, and multipliers, exponents, stability."""
     section, image = orbit.map, orbit.image
     if orbit.status:
         return missing_numbers(len(section.free)) | {"residual": orbit.residual}
@@ -116,7 +116,7 @@ def settings(model: Model) -> dict[str, Any]:
 
 
 def events(orbit: Orbit, lead: float, linkage: bool) -> dict[str, Any]:
-    """The orbit's events in turn, timed from the section asked for, `lead` s after that of its map."""
+    """The orbit's events in turn, timed from the wanted section, `lead` s after that of its map."""
     rows, duration = orbit.image.events, orbit.image.time
     if rows is None:
         rows, duration = np.zeros((0, TIME + 1)), 1.0

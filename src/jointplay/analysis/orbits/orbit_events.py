@@ -94,7 +94,7 @@ def closest_approach(values: np.ndarray, events: np.ndarray) -> float:
 
 
 def vertex(before: np.ndarray, here: np.ndarray, after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Extremum of the parabola through three samples, and how many of them after the middle one it is."""
+    """Extremum of the parabola through three samples, and its distance after the middle one, in samples."""
     slope, bend = (after - before) / 2, before - 2 * here + after
     return here - slope**2 / (2 * bend), -slope / bend
 

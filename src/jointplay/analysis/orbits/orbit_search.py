@@ -68,7 +68,7 @@ def lost(section: SectionMap, status: int) -> Orbit:
 def settled(
     section: SectionMap, transient: int, progress: Callable[[float], None]
 ) -> tuple[list[np.ndarray], int]:
-    """States on the section in the last turns of a transient, those nearest to their own return first."""
+    """States on the section in the last turns of a transient, the nearest to their own return first."""
     state, status = _on_section(section)
     recent = min(transient, RECENT)
     if not status and transient > recent:
@@ -130,7 +130,7 @@ def shortest(orbit: Orbit, settings: Search) -> Orbit:
 
 
 def at_phase(orbit: Orbit, phase: float) -> tuple[np.ndarray, float]:
-    """State of an orbit (or of a failed search) on the section asked for, and the time to get there, s."""
+    """State of an orbit (or of a failed search) on the wanted section, and the time to get there, s."""
     ahead = (phase - orbit.map.phase) * orbit.map.direction % math.tau
     if orbit.map.plane or orbit.image.status or not ahead:
         return orbit.state, 0.0

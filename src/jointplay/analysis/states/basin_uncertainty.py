@@ -40,7 +40,7 @@ def wilson(count: np.ndarray, total: int, z: float = NORMAL_95) -> tuple[np.ndar
 
 @dataclass(frozen=True)
 class Pairs:
-    """Count of the pairs of one kind at one distance, and of those whose labels differ."""
+    """Count of the pairs of one kind at one distance, and of the pairs whose labels differ."""
 
     kind: int
     distance: float
@@ -59,7 +59,7 @@ class Pairs:
 
 
 def count_pairs(kind: int, distance: float, one: np.ndarray, other: np.ndarray) -> Pairs:
-    """Count pairs of labels, without those of which one is 0."""
+    """Count pairs of labels, without pairs that have a 0."""
     both = (one > 0) & (other > 0)
     return Pairs(kind, float(distance), int(both.sum()), int(np.sum((one != other) & both)))
 

@@ -350,7 +350,7 @@ def _random_rows(labels: np.ndarray, distances: np.ndarray) -> list[Pairs]:
 
 
 def _renumbered(attractors: Attractors, nodes: int) -> Attractors:
-    """The same attractors, those that only random points and no nodes of the grid reach numbered last."""
+    """The same attractors, numbered so that ones that only random points reach come last."""
     count = len(attractors.periods)
     on_grid = np.isin(np.arange(1, count + 1), attractors.labels[:nodes])
     order = np.argsort(~on_grid, kind="stable")

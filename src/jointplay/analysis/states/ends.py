@@ -74,7 +74,7 @@ def ends(starts: Starts, nodes: np.ndarray, observation: Observation) -> dict[st
 def end_states(
     base: Model, starts: list[Model | None], observation: Observation
 ) -> list[tuple[int, int, np.ndarray, int]]:
-    """Status, period and section states of the ends of motions, and how these were followed (`WAYS`).
+    """Status, period and section states of the ends of motions, and the way of following them (`WAYS`).
 
     Parameters
     ----------

@@ -209,5 +209,5 @@ def sensitivity(
 
 
 def _count(neighbours: Any, plane: Any) -> Any:
-    """Number of neighbours, by default 20, or 0 beside a plane."""
+    """Number of neighbours, by default 20, or 0 with a plane."""
     return (NEIGHBOURS if plane is None else 0) if neighbours is None else neighbours

@@ -234,7 +234,7 @@ def _period(model: Model, records: Records, tolerance: float) -> int:
 
 
 def _exponents(mechanism: Mechanism | TestSystem, result: Mapping[str, Any], plan: Plan) -> dict[str, Any]:
-    """Leading Lyapunov exponents from the end of a motion on, or how their run failed."""
+    """Leading Lyapunov exponents from the end of a motion on, or the failure of their run."""
     section = plan.section if plan.ensemble else None  # lanes have compiled that structure already
     model = placed(mechanism, result["end"], section)
     begin, count = ALIGN * model.period, min(plan.exponents, len(model.state))

@@ -238,7 +238,7 @@ def bifurcation(
 
 
 def names(record: Sequence[str] | None, mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
-    """Names of the quantities kept at section points: those asked for, checked, or the usual ones.
+    """Names of the quantities kept at section points: the given ones, checked, or the usual ones.
 
     Raises
     ------

@@ -76,7 +76,7 @@ class Sweep:
         return chains
 
     def _plan(self, carried: bool) -> Plan:
-        """The settings, with lanes where they are asked for, or filled by chains or single points."""
+        """The settings, with lanes where they are wanted, or filled by chains or single points."""
         return self._plans[carried]
 
     @cached_property

@@ -120,7 +120,7 @@ class _Stack:
         return tuple(self._free(dim) for dim in dims)
 
     def _shared(self) -> tuple[dict[str, Parts], list[str]]:
-        """Coordinates that cells have in common, and names of those that they have each for itself."""
+        """Coordinates that cells have in common, and names of the ones that each has for itself."""
         shared, own, survey = {}, [], self.survey
         for name in survey.names("coords"):
             if name in survey.labels:

@@ -26,7 +26,7 @@ Look = TypeVar("Look")
 
 
 class Box(NamedTuple):
-    """Grid points from `low` to `high`, both of them in it; `level`: how often it was halved."""
+    """Grid points from `low` to `high`, both of them in it; `level`: number of halvings."""
 
     low: Point
     high: Point
@@ -70,7 +70,7 @@ def refined(
     looked: Callable[[list[Point], Callable[[float], None] | None], dict[Point, Look]],
     progress: Callable[[float], None] | None = None,
 ) -> tuple[list[Box], dict[Point, Look]]:
-    """Look at points, in rounds, until no box has points on it that differ.
+    """Evaluate points, in rounds, until no box has points on it that differ.
 
     Parameters
     ----------
@@ -108,14 +108,14 @@ OUTS = {
 
 
 def told(computed: dict[Point, Look], level: np.ndarray) -> dict[str, np.ndarray]:
-    """Values of `OUTS`: which points were computed, and how fine the map is where."""
+    """Values of `OUTS`: the computed points, and the fineness of the map."""
     done = np.zeros(level.shape, dtype=np.int8)
     done[tuple(np.transpose(list(computed)))] = 1
     return {"computed": done, "refinement_level": level.astype(np.int8)}
 
 
 def _halved(box: Box, table: np.ndarray, alike: Callable[[list[Look]], bool]) -> list[Box]:
-    """The box, or its parts where it is to be halved; those of these that can be told already likewise."""
+    """The box, or its parts where it is to be halved, which are halved in turn as far as is known."""
     inside = table[tuple(slice(low, high + 1) for low, high in zip(box.low, box.high, strict=True))]
     known = [look for look in inside.flat if look is not None]
     if any(table[corner] is None for corner in box.corners) or alike(known) or not (parts := box.parts):

@@ -56,7 +56,7 @@ def look(answer: Entry) -> Look:
 
 
 def alike(contrast: float) -> Callable[[list[tuple[Look, ...]]], bool]:
-    """Whether motions with these looks, one of each start, may stand for each other."""
+    """Whether motions with these features, one of each start, may stand for each other."""
 
     def same(one: Look, other: Look) -> bool:
         if one[:2] != other[:2] or isfinite(one.exponent) != isfinite(other.exponent):

@@ -15,7 +15,7 @@ from jointplay.jobs.columns import PARTS, Field, Form
 
 
 class Common:
-    """The longest values that cells have for a coordinate, and whether all others are how these begin."""
+    """The longest values that cells have for a coordinate, and whether all others are its beginnings."""
 
     def __init__(self) -> None:
         self.fits, self.number = True, -1
@@ -95,7 +95,7 @@ class Survey:
 
     @cached_property
     def sizes(self) -> dict[str, int]:
-        """Length of the longest cell along each dimension; of a labelled one, how many labels there are."""
+        """Length of the longest cell along each dimension; of a labelled one, the number of labels."""
         sizes: dict[str, int] = {}
         for part in PARTS:
             for form in self.forms:
