@@ -118,7 +118,7 @@ def sheet_of(parts: Sequence[tuple[Dataset, dict[str, Any]]]) -> Figure:
 
 
 def of_sweep(dataset: Dataset, options: dict) -> dict | None:
-    """Return the options that draw a whole sweep; None where those given are of one cell, or none suit."""
+    """Return the options that draw a whole sweep; None where they are of one cell, or none suit."""
     whole, shown = options | {"kind": "sweep"}, options.get("quantity") or cell_quantity.usual(dataset)
     asked = options.get("kind") == "sweep" or ("kind" not in options and shown and not problems(whole))
     return whole if asked else None

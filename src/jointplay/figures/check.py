@@ -74,7 +74,7 @@ def _listed(given: Any) -> list[Any]:
 
 
 def _value(key: str, options: Mapping[str, Any], kind: str | None) -> list[Problem]:
-    """Problems of an option's value; where no kind is given, those that every figure with the option has."""
+    """Problems of an option's value; without a kind, the problems that every figure with the option has."""
     those, value = [about for name, about in ABOUT.items() if kind in (None, name)], options[key]
     words = {word: None for about in those for word in about.choices.get(key, ())}
     checks = [about.checks[key] for about in those if key in about.checks]

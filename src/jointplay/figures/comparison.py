@@ -26,7 +26,7 @@ Part: TypeAlias = "tuple[Dataset, dict[str, Any]]"
 
 
 def compared(parts: Sequence[Part], draw: Callable[..., Figure]) -> Figure:
-    """Draw results on one sheet, below or beside each other; axes that show the same unit have one scale.
+    """Draw results on one sheet, in a column or a row; axes that show the same unit have one scale.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def share(panels: Sequence[Axes]) -> None:
 
 
 def align(places: Sequence[SubFigure]) -> None:
-    """Give titles that stand beside each other the same number of lines: panels are then at one height."""
+    """Give titles in a row the same number of lines: panels are then at one height."""
     columns = ([place.get_suptitle() for place in places], *headings(places))
     most = [max(text.count("\n") for text in row) for row in columns]
     for number, place in enumerate(places):
@@ -103,7 +103,7 @@ def align(places: Sequence[SubFigure]) -> None:
 
 
 def headings(places: Sequence[SubFigure]) -> list[list[str]]:
-    """Return the headings of panels that stand beside each other, a list a row."""
+    """Return the headings of panels in a row, a list a row."""
     return [
         [ax.get_title(loc="left") for ax in row]
         for row in zip(*(place.axes for place in places), strict=True)

@@ -63,7 +63,7 @@ def turn_panel(ax: Axes, dataset: Dataset, joint: str) -> None:
 
 
 def peak_panel(ax: Axes, dataset: Dataset) -> None:
-    """Draw the largest force of each joint with its error, beside the ideal mechanism's."""
+    """Draw the largest force of each joint with its error, next to the ideal mechanism's."""
     place = np.arange(dataset.sizes["joint"])
     for shift, name, colour in ((-0.2, "ideal_peak_force", style.AMBER), (0.2, "peak_force", style.BLACK)):
         ax.bar(place + shift, dataset[name].values, 0.36, color=colour)
@@ -81,7 +81,7 @@ def peak_panel(ax: Axes, dataset: Dataset) -> None:
 
 
 def edge_panel(ax: Axes, dataset: Dataset) -> None:
-    """Draw for each parameter how far was looked, and where the motion changes, over the present value."""
+    """Draw for each parameter the searched range, and the changes of the motion, over the present value."""
     from matplotlib.ticker import FuncFormatter, NullFormatter
 
     names = [str(name) for name in dataset["parameter_name"].values]

@@ -191,7 +191,7 @@ def valued(axis: DataArray) -> str:
 
 
 def roomy(ax: Axes, x: np.ndarray, y: np.ndarray, one: bool = False) -> None:
-    """Set limits around points; those narrower than 0.1 % of their size, or said to be one, as a point."""
+    """Set limits around points; ones narrower than 0.1 % of their size, or said to be one, as a point."""
     for values, set_limits in ((x, ax.set_xlim), (y, ax.set_ylim)):
         values = values[np.isfinite(values)]
         if values.size:
@@ -223,7 +223,7 @@ def shade_missing(ax: Axes, x: np.ndarray, missing: np.ndarray, label: str) -> N
 
 
 def missing_note(x: np.ndarray, y: np.ndarray, what: str) -> str:
-    """Return a note of how many points of a cloud or path are missing; empty where none is."""
+    """Return a note on the number of missing points of a cloud or path; empty where none is."""
     lost = int(np.count_nonzero(~(np.isfinite(x) & np.isfinite(y))))
     return f"no value at {lost} of {x.size} {what}" if lost else ""
 
@@ -302,7 +302,7 @@ def finish(figure: Figure, dataset: Dataset) -> Figure:
 
 
 def settle(figure: FigureBase) -> None:
-    """Lay a figure out, with the powers of ten that matplotlib writes beside axes in the axes' labels.
+    """Lay a figure out, with the powers of ten that matplotlib writes next to axes in the axes' labels.
 
     Panels that share an axis share its power; each that has a label gets it.
     """

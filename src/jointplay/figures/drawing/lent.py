@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Panel:
-    """Lent axes that answer as a figure with one panel; size and layout are their owner's.
+    """A user's axes that answer as a figure with one panel; size and layout are their owner's.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class Panel:
         self.ax.legend(*entries, **look, loc="best" if loc.startswith("outside") else loc)
 
     def colorbar(self, mesh: Any, **look: Any) -> Any:
-        """Put the colour bar beside the axes."""
+        """Put the colour bar next to the axes."""
         return self.ax.figure.colorbar(mesh, **look)
 
     def findobj(self, *match: Any) -> list[Any]:

@@ -37,7 +37,7 @@ DOUBTFUL: dict[str, Any] = {"marker": "+", "color": style.WARNING, **MARK, "mark
 
 
 def missing_reason(part: Dataset) -> np.ndarray:
-    """Return why each cell has no value, as 1 + the index in `REASONS`; 0 of those that have one."""
+    """Return why each cell has no value, as 1 + the index in `REASONS`; 0 where it has one."""
     status = part["cell_status"].transpose(*part["value"].dims)
     why = np.where(status == 0, 3, np.where(codes.words(status) == "crashed", 2, 1))
     return np.where(np.isfinite(part["value"].values), 0, why)

@@ -14,7 +14,7 @@ VECTORS = ("pdf", "svg", "svgz", "ps", "eps", "pgf")
 
 
 class Sheet(Figure):
-    """A figure that is saved in its own style too: font embedding and the like are looked up only then."""
+    """A figure that is saved in its own style too: font embedding and the like are imported only then."""
 
     style: Callable[[], AbstractContextManager] = nullcontext
 

@@ -41,7 +41,7 @@ def switch(option: str, given) -> bool:
 
 
 def leading(option: str, given) -> int | None:
-    """Return how many of the first are asked for; None where that is left open."""
+    """Return the number of leading entries to draw; None where it is left open."""
     if given is not None and not (isinstance(given, int) and not isinstance(given, bool) and given >= 1):
         raise refuse(option, given, "a whole number, 1 or more")
     return given

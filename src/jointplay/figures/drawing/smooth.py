@@ -68,7 +68,7 @@ def edged(x: np.ndarray, y: np.ndarray, contact: np.ndarray, level: np.ndarray) 
 
 
 def akima(times: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return slopes at points, shape (samples, 2): means of those beside, the steadier side weighing more."""
+    """Return slopes at points, shape (samples, 2): means of both sides', the steadier side weighing more."""
     inner = np.diff(points, axis=0) / np.diff(times)[:, None]
     before, after = (2 * a - b for a, b in ((inner[0], inner[1]), (inner[-1], inner[-2])))
     lines = np.vstack([2 * before - inner[0], before, inner, after, 2 * after - inner[-1]])

@@ -99,7 +99,7 @@ _ASKED: ContextVar[Asked] = ContextVar("asked", default=_NOTHING)
 
 @contextmanager
 def asked(**given: Any) -> Iterator[None]:
-    """Draw figures inside the block as `Asked` says."""
+    """Draw figures inside the block with the settings of `Asked`."""
     token = _ASKED.set(_ASKED.get()._replace(**given))
     try:
         yield

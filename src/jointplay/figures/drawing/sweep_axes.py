@@ -82,7 +82,7 @@ def motions(dataset: Dataset) -> list[tuple[Dataset, dict]]:
 
 
 def fits(options: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[Problem]:
-    """Yield the problems of a figure's direction and quantity, by those of the study."""
+    """Yield the problems of a figure's direction and quantity, by the study's own."""
     for key, known in (("direction", asked["direction"]), ("quantity", asked["recorded"])):
         if key in options and known and options[key] not in known:
             yield unknown(f"figure.{key}", options[key], options[key], known, key)

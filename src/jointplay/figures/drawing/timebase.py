@@ -133,7 +133,7 @@ def turn_limits(asked, last: float) -> tuple[float, float]:
 
 
 def cut(dataset: Dataset, option: str, asked, inside: np.ndarray) -> Dataset:
-    """Return the samples `inside`; a window without samples is an error that tells where there are some."""
+    """Return the samples `inside`; a window without samples is an error that names the recorded times."""
     if not inside.any():
         times = dataset["time"].values
         raise select.refuse(

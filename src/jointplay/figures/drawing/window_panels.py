@@ -74,7 +74,7 @@ def title(samples: Dataset, final: bool) -> str:
 
 
 def turn_words(first: float, end: float) -> str:
-    """Return which turns those between two counts are: from 20 to 25 they are the turns 21 to 25."""
+    """Return the turns between two counts, in words: from 20 to 25 they are the turns 21 to 25."""
     whole = [round(edge) for edge in (first, end)]
     if max(abs(first - whole[0]), abs(end - whole[1])) > WHOLE or whole[0] == whole[1]:
         return f"from {first:.4g} to {end:.4g} turns"
@@ -100,7 +100,7 @@ def level(axes: Sequence[Axes]) -> None:
 
 
 def name_once(axes: Sequence[Axes], ticks: bool = False) -> None:
-    """Keep the y label, and if asked the tick labels, of the first panel of a row alone."""
+    """Keep the y label, and if `ticks` the tick labels, of the first panel of a row alone."""
     for ax in axes[1:]:
         ax.set_ylabel("")
         if ticks:

@@ -107,7 +107,7 @@ def label_ends(ax: Axes, finals: np.ndarray) -> None:
 
 
 def table_panel(ax: Axes, dataset: Dataset, factor: float, per: str) -> None:
-    """Write the final values with their errors, and how far these can be trusted."""
+    """Write the final values with their errors, and their reliability."""
     values, errors = (dataset[f"lyapunov_{name}"].values * factor for name in ("exponent", "standard_error"))
     correlations = dataset["batch_correlation"].values
     ax.set_axis_off()

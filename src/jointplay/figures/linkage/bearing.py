@@ -37,7 +37,7 @@ def still(ax: Axes, x: float = 0.0, y: float = 0.0) -> symbols.Artists:
 
 
 def enlargement(ax: Axes, joint: Joint) -> None:
-    """Write how many times larger than in the machine the panel shows the clearance, as it is laid out."""
+    """Write the panel's enlargement of the clearance, as it is laid out."""
     times = symbols.paper_length(ax, [(-1.0, 0.0), (1.0, 0.0)]) / 2 / joint.clearance
     ax.texts[0].set_text(f"$e$ = {measure(joint.clearance, 'm')}, {symbols.ratio(times)} : 1")
 

@@ -58,7 +58,7 @@ def still(ax: Axes) -> symbols.Artists:
 
 
 def places(ways: np.ndarray) -> np.ndarray:
-    """Corners on the panel, shape (4, 2), from their ways towards their faces, in clearances, shape (4,)."""
+    """Corners on the panel, shape (4, 2), from progress towards their faces, in clearances, shape (4,)."""
     return SIDES * np.stack([np.full(ways.shape, LONG), TALL + ways], -1)
 
 
@@ -87,7 +87,7 @@ def enlargement(ax: Axes, joint: Joint) -> None:
 
 
 def scales(joint: Joint, across: float, along: float) -> str:
-    """The clearance, and how the panel enlarges it and the block's length."""
+    """The clearance, and the panel's enlargements of it and of the block's length."""
     words = f"gap {symbols.ratio(across)} : 1, length {symbols.ratio(along)} : 1"
     return f"$e$ = {measure(joint.clearance, 'm')} on either side\n{words}"
 

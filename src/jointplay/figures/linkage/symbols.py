@@ -186,6 +186,6 @@ def ratio(times: float) -> str:
 
 
 def word(ax: Axes, point, text: str, offset: tuple[float, float], **look) -> Artists:
-    """Write a name beside a point, `offset` in mm."""
+    """Write a name next to a point, `offset` in mm."""
     whole = {"ha": "center", "va": "center", "fontsize": 8, "zorder": 9} | look
     return [ax.text(*offset, text, transform=at(ax, point), **whole)]

@@ -64,12 +64,12 @@ def orbit_panel(ax: Axes, dataset: Dataset, joint: str | None) -> None:
 
 
 def outside(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return how far points, in clearances, lie beyond the clearance circle."""
+    """Return the distance of points beyond the clearance circle, in clearances."""
     return np.hypot(x, y) - 1.0
 
 
 def beyond_face(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return how far the ways of a corner end beyond its face."""
+    """Return the distance of a corner beyond its face, in clearances."""
     return y - 1.0
 
 
@@ -111,7 +111,7 @@ def is_corner(joint: str) -> bool:
 
 
 def along(dataset: Dataset, joint: str, dim: str) -> DataArray:
-    """Return how far along its guide the slider is; the time, or the crossing, where that is not recorded."""
+    """Return the slider's position along its guide; the time, or the crossing, where it is not recorded."""
     from xarray import DataArray
 
     if "slide_position" in dataset and dim in dataset["slide_position"].dims:

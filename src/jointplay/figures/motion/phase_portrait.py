@@ -57,7 +57,7 @@ def phase_portrait(
 
 
 def portrait_panel(ax: Axes, dataset: Dataset, x: str | None, y: str | None, link=None, joint=None) -> None:
-    """Draw the portrait of all of `dataset`; one of a joint tells contact from free flight."""
+    """Draw the portrait of all of `dataset`; for a joint, contact differs from free flight."""
     one, two = pair(dataset, x, y, "time", link, joint)
     (xs, x_unit), (ys, y_unit) = artists.displayed(one), artists.displayed(two)
     at = of_joint(one, two)

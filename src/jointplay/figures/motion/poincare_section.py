@@ -98,12 +98,12 @@ def journal_points(ax: Axes, dataset: Dataset, joint: str | None, zoom: bool, co
 
 
 def repeated(dataset: Dataset, joint: str) -> tuple[int, float]:
-    """Return the period of a journal at the crossings, and by how much it misses it, in clearances."""
+    """Return the period of a journal at the crossings, and its misfit, in clearances."""
     return artists.returning(np.stack(journal(dataset, joint, "turn"), -1))
 
 
 def words(period: int, missed: float, count: str) -> str:
-    """Return how many points there are, of periodic ones with their scatter."""
+    """Return the number of points, of periodic ones with their scatter."""
     if not period:
         return count
     within = f"within {plain(max(missed, 1e-16), 1)} $e$".replace(" ", "\N{NO-BREAK SPACE}")
@@ -131,7 +131,7 @@ def over_clearance(dataset: Dataset, one: DataArray) -> DataArray:
 
 
 def explain(ax: Axes, x: np.ndarray, y: np.ndarray, count: str) -> None:
-    """Write the number of points, or of those missing."""
+    """Write the number of points, or of missing ones."""
     if not x.size:
         artists.say(ax, "The run never crossed the section")
     artists.heading(ax, artists.missing_note(x, y, "crossings") or count)

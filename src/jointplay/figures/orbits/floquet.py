@@ -47,7 +47,7 @@ def floquet(dataset: Dataset) -> Figure:
 
 
 def plane(ax: Axes, dataset: Dataset, one: bool) -> None:
-    """Draw the unit circle and multipliers; of one orbit, those far outside as arrows at the edge."""
+    """Draw the unit circle and multipliers; of one orbit, multipliers far outside as arrows at the edge."""
     from matplotlib.patches import Circle
 
     real, imaginary = (
@@ -93,7 +93,7 @@ def table(ax: Axes, dataset: Dataset) -> None:
 
 
 def remarks(dataset: Dataset) -> list[str]:
-    """Return lines on the orbit's stability and period, and on how well it closes."""
+    """Return lines on the orbit's stability and period, and on its residual."""
     if not np.isfinite(dataset["period"]):
         return ["no orbit was found"]
     word = codes.words(dataset["stable"]).item()

@@ -70,7 +70,7 @@ def attractors(
 
 
 def coloured(dataset: Dataset) -> dict[int, str]:
-    """Return the colour of each motion: those with the largest shares have one of their own."""
+    """Return the colour of each motion: motions with the largest shares have one of their own."""
     total = dataset["fraction"].fillna(0.0).sum(dataset["fraction"].dims[0]).values
     order = np.argsort(-total, kind="stable")[: len(COLOURS)]
     own = dict(zip(sorted(dataset["identity"].values[order].tolist()), COLOURS, strict=False))
@@ -78,7 +78,7 @@ def coloured(dataset: Dataset) -> dict[int, str]:
 
 
 def band(place: int) -> dict[str, Any]:
-    """Return how an area of the motion with the colour of this place looks."""
+    """Return the style of an area of the motion with the colour of this place."""
     colour = COLOURS[place] if place < len(COLOURS) else REST
     pattern = PATTERNS[place // 2] if place < len(COLOURS) else None
     return {"facecolor": colour, "edgecolor": "white", "hatch": pattern, "linewidth": 0.0}
@@ -121,7 +121,7 @@ def exponents(ax: Axes, dataset: Dataset, name: str, unit: Shown, colours: dict[
 
 
 def fractions(ax: Axes, dataset: Dataset, name: str, unit: Shown, colours: dict[int, str]) -> None:
-    """Draw fractions of the starts as bands, one on the other; on top those that did not settle."""
+    """Draw fractions of the starts as bands, one on the other; on top the starts that did not settle."""
     x = sweep_axes.edges(dataset[name].values * unit.factor)
     shares = dataset["fraction"].transpose("identity", name).fillna(0.0).values
     rows = [*zip(shares, (band(place_of(c)) for c in colours.values()), strict=True)]

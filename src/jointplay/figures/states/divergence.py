@@ -1,4 +1,4 @@
-"""Divergence: how far neighbours are from the motion beside which they started, turn by turn."""
+"""Divergence: distances of neighbours from the motion at which they started, turn by turn."""
 
 from __future__ import annotations
 

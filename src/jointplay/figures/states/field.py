@@ -88,7 +88,7 @@ def draw_cells(ax: Axes, array: DataArray, **look):
 
 
 def without_start(dataset: Dataset) -> str:
-    """Return a note of how many nodes have no value though a motion starts there; empty if none."""
+    """Return a note on the number of nodes without a value though a motion starts there; empty if none."""
     meanings = codes.flags(dataset["node_status"])
     status = dataset["node_status"].values
     words = [(meanings.get(int(code), "?"), int(np.sum(status == code))) for code in np.unique(status)]

@@ -1,4 +1,4 @@
-"""Maps over two parameters: exponent, period, impacts and whatever else was found, as colours."""
+"""Maps over two parameters, as colours: exponent, period, impacts and all other results."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def mapped(dataset: Dataset, names: Sequence[str]) -> list[str]:
 
 
 def listed(maps: Any, known: Sequence[str]) -> list[str]:
-    """Return the asked variables, all of them known."""
+    """Return the wanted variables, all of them known."""
     wanted = [maps] if isinstance(maps, str) else list(maps)
     if not wanted:
         raise select.refuse("maps", maps, "a list of at least one name")
@@ -150,7 +150,7 @@ def colour_scale(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]
 
 
 def signs() -> ListedColormap:
-    """Return light blues below 0, above it reds that are darker than any: a grey print tells the sign."""
+    """Return light blues below 0, above it reds that are darker than any: the sign shows in a grey print."""
     from matplotlib import colormaps
     from matplotlib.colors import ListedColormap
 

@@ -66,14 +66,14 @@ def sweep(
 
 
 def entries(at: Any) -> dict[str, Any]:
-    """Return the asked entries, a table."""
+    """Return the wanted entries, a table."""
     if at is not None and not isinstance(at, dict):
         raise select.refuse("at", at, "a table, as at.exponent = 2 or at.clearance = 1e-4, is accepted")
     return dict(at or {})
 
 
 def cut(dataset: Dataset, at: dict[str, Any]) -> Dataset:
-    """Return a sweep at the asked values of parameters, those nearest to them."""
+    """Return a sweep at the values of parameters nearest to the wanted ones."""
     for name in [name for name in cell_quantity.varied(dataset) if name in at]:
         if not select.is_number(at[name]):
             raise select.refuse(f"at.{name}", at[name], f"a value of {name}")
@@ -110,7 +110,7 @@ def curves(part: Dataset, free: list[str], along: str | None, column: str | None
 
 
 def curve(ax: Axes, one: Dataset, over: str, unit: Shown, number: int, label: str) -> None:
-    """Draw one curve with how well it is known, and below it marks of cells without a number."""
+    """Draw one curve with its errors, and below it marks of cells without a number."""
     x = artists.displayed(one[over])[0]
     rise = np.argsort(x, kind="stable")
     y = one["value"].values * unit.factor
