@@ -116,7 +116,7 @@ def _leave() -> None:
 
 @contextmanager
 def _interrupts() -> Iterator[list[bool]]:
-    """Record that Ctrl-C was pressed, beside raising KeyboardInterrupt as always.
+    """Record that Ctrl-C was pressed, besides raising KeyboardInterrupt as always.
 
     An analysis that keeps its results so far (motion.looks) is asked to end first, and interrupted by a
     second Ctrl-C.

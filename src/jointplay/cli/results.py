@@ -1,4 +1,4 @@
-"""Verbs that show and write stored results. What is heavy is imported inside them."""
+"""Verbs that show and write stored results. Heavy modules are imported inside them."""
 
 import sys
 import warnings
@@ -45,7 +45,7 @@ def beside(result: Path, kind: str | None) -> Path:
 
 
 def targets(out: str | None, result: Path) -> list[Path]:
-    """Files of a figure: the one asked for, or a PDF and a PNG file named after the result."""
+    """Files of a figure: the given one, or a PDF and a PNG file named after the result."""
     stem = result if out is None else Path(out)
     if stem.name in ("", ".."):
         raise InputError([Problem("--out", out, "the name of a file is accepted")])

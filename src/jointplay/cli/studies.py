@@ -1,4 +1,4 @@
-"""Verbs that compute studies. What is heavy is imported inside them, so that help answers at once."""
+"""Verbs that compute studies. Heavy modules are imported inside them, so that help answers at once."""
 
 import sys
 from argparse import Namespace
@@ -63,7 +63,7 @@ def _free(study, arguments: Namespace, share=None, fresh: bool = False) -> Path:
 
 
 def _completed(study, out: Path, pool, share=None, fresh: bool = False):
-    """Compute a study with a bar of its progress; whoever interrupts it is told how it goes on."""
+    """Compute a study with a bar of its progress; an interruption prints the way to go on."""
     from jointplay.study.execute import Undrawn, complete, resume_hint
 
     try:
@@ -181,7 +181,7 @@ def show_status(arguments: Namespace) -> int:
     example="fig12c --jobs 1",
 )
 def reproduce_paper(arguments: Namespace) -> int:
-    """Compute and draw every figure of the paper, or those named, and grade its conclusions."""
+    """Compute and draw every figure of the paper, or the named ones, and grade its conclusions."""
     from jointplay_lab.reproduce import reproduce
 
     try:

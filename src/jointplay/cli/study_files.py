@@ -1,4 +1,4 @@
-"""Verbs that compute nothing: study files, references, the cache. What is heavy is imported inside them."""
+"""Verbs that compute nothing: study files, references, the cache. Heavy modules are imported inside them."""
 
 import json
 import os
@@ -158,7 +158,7 @@ def print_schema(arguments: Namespace) -> int:
     example="verify",
 )
 def keep_cache(arguments: Namespace) -> int:
-    """List the compiled kernels on the disk, verify those in use, or remove those of older sources."""
+    """List the compiled kernels on the disk, verify the ones in use, or remove the ones of older sources."""
     from jointplay.solver.codegen import upkeep
 
     if arguments.all and arguments.action != "prune":

@@ -40,7 +40,7 @@ def from_pydantic(error: Any, model: Any = None, root: str = "") -> InputError:
 
 @dataclass(frozen=True)
 class Refused:
-    """Stands for a value found wrong before pydantic looked: no field takes it, and `error` says why."""
+    """Stand-in for a value found wrong before validation: no field takes it, and `error` says why."""
 
     error: InputError
 
@@ -216,13 +216,13 @@ def _fields(model: Any) -> Mapping[str, Any]:
 
 
 def _tags(member: Any) -> list[str]:
-    """List the names by which pydantic tells this member of a union from the others."""
+    """List the names by which pydantic distinguishes this member of a union from the others."""
     marks = [mark.tag for mark in typing.get_args(member)[1:] if hasattr(mark, "tag")]
     return [*marks, *_kinds(_bare(member)), getattr(_bare(member), "__name__", "")]
 
 
 def _kinds(model: Any) -> list[str]:
-    """List the values of the field `kind`, which tells the records of a family apart."""
+    """List the values of the field `kind`, which distinguishes the records of a family."""
     field = _fields(model).get("kind")
     return list(typing.get_args(_bare(field.annotation))) if field else []
 

@@ -40,7 +40,7 @@ def coded(array: DataArray) -> bool:
 
 
 def counted(names: np.ndarray) -> str:
-    """Return how often each word occurs, the most frequent first: ``3 ok, 1 step_limit``."""
+    """Return the count of each word, the most frequent first: ``3 ok, 1 step_limit``."""
     found, counts = np.unique(names, return_counts=True)
     order = np.argsort(-counts, kind="stable")
     return ", ".join(f"{counts[i]} {found[i]}" for i in order)

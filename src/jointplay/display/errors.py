@@ -127,7 +127,7 @@ def refuse(given: Any, expected: str, key: str = "") -> InputError:
 
 @contextmanager
 def of_a_result(given: Any, but: Callable[[Exception], bool] = lambda error: False) -> Iterator[None]:
-    """Make an `InputError` of whatever else goes wrong while a result is shown: it is not as it was written.
+    """Turn any other error in showing a result into an `InputError`: the result is not as it was written.
 
     Files of others, of other versions, and datasets changed in Python lack what code counts on in more ways
     than could be asked for beforehand. The error that came is the cause of the one that is raised; errors for
@@ -146,7 +146,7 @@ def of_a_result(given: Any, but: Callable[[Exception], bool] = lambda error: Fal
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
-    """Suggest the nearest known name, or those with this part, as `` did you mean 'clearance'?``."""
+    """Suggest the nearest known name, or names with this part, as `` did you mean 'clearance'?``."""
     if not isinstance(word, str):
         return ""
     known = list(known)
@@ -173,7 +173,7 @@ def unknown(key: str, given: Any, word: object, known: Iterable[str], what: str 
 
 
 def also_known(problem: Problem, names: list[str]) -> Problem:
-    """Give the same problem, of a key that is not known, with more keys among those that are."""
+    """Give the same problem, of a key that is not known, with more known keys."""
     said = problem.expected
     if not isinstance(said, _NoSuch) or said.what != "key" or said.word != problem.key:
         return problem

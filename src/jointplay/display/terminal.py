@@ -66,7 +66,7 @@ def harmless_output() -> Iterator[None]:
 def asked_for(
     progress: bool | Callable[[float], None] | None, name: str
 ) -> AbstractContextManager[Callable[[float], None] | None]:
-    """The progress that a caller asks for, as a ``with`` block: True shows it under a name; None: none."""
+    """The progress that a caller wants, as a ``with`` block: True shows it under a name; None: none."""
     return Progress(name) if progress is True else nullcontext(progress or None)
 
 

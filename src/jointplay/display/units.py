@@ -1,4 +1,4 @@
-"""Display units: the one table from the units of a file (SI, UDUNITS spelling) to those on an axis."""
+"""Display units: the one table from the units of a file (SI, UDUNITS spelling) to units on an axis."""
 
 from typing import NamedTuple
 

@@ -179,7 +179,7 @@ def _bits(value: Any) -> tuple[Any, ...]:
 
 
 def packed(answers: Sequence[Mapping[str, Any]]) -> Packed:
-    """Take the datasets out of answers, and join those of the same form into blocks."""
+    """Take the datasets out of answers, and join datasets of the same form into blocks."""
     places: dict[Form, list[int]] = {}
     for place, answer in enumerate(answers):
         if isinstance(answer.get("dataset"), Plain):

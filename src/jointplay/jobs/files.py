@@ -21,7 +21,7 @@ class Busy(InputError):
 
 @contextmanager
 def replaced(path: Path, flush: bool = True) -> Iterator[Path]:
-    """Give a temporary name beside `path`; on success move the file there, else remove it.
+    """Give a temporary name in the folder of `path`; on success move the file there, else remove it.
 
     Without `flush` it is there whole after a kill at any moment, but may not be after a power cut.
     """

@@ -41,7 +41,7 @@ class Notes(Protocol):
 
 
 class Job(Protocol):
-    """Cells that run one after another; `chains`: keys of those that start where the one before ended."""
+    """Cells that run one after another; `chains`: keys of cells that start where the one before ended."""
 
     keys: tuple[str, ...]
     chains: tuple[tuple[str, ...], ...]

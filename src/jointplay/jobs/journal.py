@@ -179,7 +179,7 @@ class Journal:
         return answers
 
     def take(self, other: Journal, keys: Iterable[str]) -> set[str]:
-        """Copy the cells with these keys from another journal; the keys of those that it has."""
+        """Copy the cells with these keys from another journal; the keys that it has."""
         wanted = other.index().keys() & set(keys)
         if wanted:
             with replaced(new_part(self.folder, len(wanted))) as temporary, open(temporary, "wb") as file:

@@ -68,7 +68,7 @@ def side_by_side(
 
 @contextmanager
 def _workers(workers: int, backend: str) -> Iterator[tuple[Callable[..., Future], int]]:
-    """The function that sends a call to a worker, and how many calls may be sent at once."""
+    """The function that sends a call to a worker, and the number of calls that may be sent at once."""
     if backend == "threading":
         yield _in_thread, workers
         return
@@ -87,7 +87,7 @@ def _workers(workers: int, backend: str) -> Iterator[tuple[Callable[..., Future]
 
 
 def _in_thread(call: Callable[[], Any]) -> Future:
-    """Call in a thread that does not keep this process from ending, as those of an executor would."""
+    """Call in a thread that, unlike an executor's, does not keep this process from ending."""
     future: Future = Future()
     threading.Thread(target=_fulfil, args=(future, call), daemon=True).start()
     return future

@@ -60,7 +60,7 @@ class Pool:
 
     @classmethod
     def checked(cls, jobs: int, backend: str = "loky", scheduler: str | None = None) -> Pool:
-        """The pool that a user asks for; `InputError` where there can be none."""
+        """The pool that a user wants; `InputError` where there can be none."""
         check_jobs(jobs)
         if scheduler is not None and backend != "dask":
             raise InputError([Problem("--scheduler", scheduler, "accepted beside --backend dask only")])
@@ -68,7 +68,7 @@ class Pool:
 
     @property
     def workers(self) -> bool:
-        """Whether cells run beside this process."""
+        """Whether cells run outside this process."""
         return self.jobs > 1 or self.backend == "dask"
 
     def run(self, jobs: Sequence[Job], journal: Journal, say: Callable[[str], None]) -> None:
@@ -157,7 +157,7 @@ class Cluster:
             left.extend(rest for job in suspects for rest in self._alone(job))
 
     def _side_by_side(self, left: deque[Job]) -> list[Job]:
-        """Run jobs side by side until none is left; return those whose workers died."""
+        """Run jobs side by side until none is left; return the jobs whose workers died."""
         pace, sent, suspects = Pace(), {}, []
         while left or sent:
             workers = self._workers()

@@ -59,7 +59,7 @@ class Done:
 
 
 def work(task: Task) -> Done:
-    """Run a task; its answers go to the journal. `RuntimeError` where it asks for other code than this."""
+    """Run a task; its answers go to the journal. `RuntimeError` where it needs other code than this."""
     if task.code not in (None, code()):
         raise RuntimeError(f"its code is {code()}, and {task.code} is needed")
     began = time.perf_counter()
@@ -117,7 +117,7 @@ class Notes:
 
 
 class Pace:
-    """Number of jobs in a task, by how long those before it took."""
+    """Number of jobs in a task, by the duration of earlier ones."""
 
     def __init__(self) -> None:
         self.done, self.seconds = 0, 0.0
