@@ -196,7 +196,7 @@ class _Journaled:
         return partial(_read, self.journal, keys, before)
 
     def tell_others(self) -> None:
-        """Say how many cells of the journal no work has asked for."""
+        """Print the number of cells of the journal that no work needs."""
         if self.others:
             others = f"{len(self.others)} cells of other values or settings"
             self.say(f"journal  {others} are kept; --fresh drops them")

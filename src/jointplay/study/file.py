@@ -1,4 +1,4 @@
-"""Study files: how a TOML text becomes a validated study, and the JSON schema of such files for editors."""
+"""Study files: a TOML text becomes a validated study; and the JSON schema of such files for editors."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def _broken_rules(table: Mapping[str, Any], problems: list[Problem]) -> list[Pro
 
 
 def _without_kind(table: Mapping[str, Any]) -> list[Problem]:
-    """The problems of a study of no known kind: all but those that depend on the kind."""
+    """The problems of a study of no known kind: all that do not depend on the kind."""
     problem = Problem("kind", NOTHING, f"a kind of study is needed: one of {', '.join(KINDS)}")
     if "kind" in table:
         problem = unknown("kind", table["kind"], table["kind"], KINDS, "kind of study")
@@ -185,7 +185,7 @@ def _describe(row: Kind, tables: dict[str, Any]) -> None:
 
 
 def _or_text(node: Any) -> Any:
-    """Accept a text with a unit wherever a part of a node accepts a number."""
+    """Accept a text with a unit in each part of a node that accepts a number."""
     if isinstance(node, list):
         return [_or_text(item) for item in node]
     if not isinstance(node, dict):

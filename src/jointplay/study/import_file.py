@@ -192,7 +192,7 @@ def _density(bar: str) -> float:
 
 
 def _si(value: Any, units: str) -> float | None:
-    """A value in SI units; None where it is none, which its record tells."""
+    """A value in SI units; None where it is none, as its record reports."""
     try:
         value = in_si(value, units)
     except InputError:
@@ -202,7 +202,7 @@ def _si(value: Any, units: str) -> float | None:
 
 
 def _complete(table: Mapping[str, Any]) -> Mechanism:
-    """The mechanism with some mass and inertia where they are missing, to look at all the rest."""
+    """The mechanism with some mass and inertia where they are missing, for the checks of all the rest."""
     links = []
     for link in table["links"]:
         length, mass, inertia = (_si(link.get(key), units) for key, units in OF_A_BAR.items())

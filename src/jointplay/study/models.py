@@ -63,7 +63,7 @@ def _restored(row: Kind, part: str, state: dict[str, Any]) -> OfKind:
 
 
 class Integrator(OfKind):
-    """The table `[integrator]`: how accurately motions are computed."""
+    """The table `[integrator]`: the accuracy of motions."""
 
     part: ClassVar[str] = "integrator"
 
@@ -331,7 +331,7 @@ def figure_problems(
 def _recorded(
     row: Kind, mechanism: Mechanism | TestSystem, keywords: Mapping[str, Any]
 ) -> tuple[str, ...] | None:
-    """Quantities that `record` asks for, of a test system states too; None if wrong ones, or none can be."""
+    """Quantities that `record` names, of a test system states too; None if wrong ones, or none can be."""
     if "record" not in row.function.fields():
         return None
     try:

@@ -82,7 +82,7 @@ def _lines(row: Kind, name: str, mechanism: str | None) -> Iterator[str]:
 
 
 def _keywords(row: Kind) -> Iterator[str]:
-    """The tables of the analysis's keywords: first those that the example sets, then defaults."""
+    """The tables of the analysis's keywords: first keywords that the example sets, then defaults."""
     given, fields = row.example.get("analysis", {}), row.function.fields()
     tables = {"integrator": [], "analysis": sorted(given, key=list(fields).index)}
     for key in (key for key in fields if key not in (*given, *ELSEWHERE)):

@@ -209,7 +209,7 @@ def _journal_lines(journal: Journal, keys: Iterable[str]) -> Iterator[str]:
 
 
 def _finished(study: Loaded, journals: Iterable[Journal]) -> tuple[dict[str, int], int]:
-    """Status of each cell of a study finished in a journal, and how many cells it has; 0 if not known."""
+    """Status of each cell of a study finished in a journal, and the number of its cells; 0 if not known."""
     index = {key: status for journal in journals for key, status in journal.index().items()}
     if has_cells(study.record) and not study.record.vary:  # the analysis need not begin for that
         begin = study_hash(study.record)

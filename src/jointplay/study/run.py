@@ -85,7 +85,7 @@ def _analysis(record: Study) -> Callable[..., xr.Dataset]:
 
 
 def _varies(record: Study) -> bool:
-    """Whether the cells of a study are those of a `[vary]`, and not its analysis's own."""
+    """Whether the cells of a study are of a `[vary]`, and not its analysis's own."""
     return bool(record.vary) and not isinstance(record, SweepStudy)
 
 

@@ -249,7 +249,7 @@ def _wrong_cases(
 
 @dataclass(frozen=True)
 class Points:
-    """The combinations of values that a study asks for.
+    """The combinations of values of a study.
 
     Parameters
     ----------
@@ -294,7 +294,7 @@ class Points:
 
 
 def points(mechanism: Mechanism | TestSystem, vary: Mapping[str, Any]) -> Points:
-    """Every combination that a checked `[vary]` table asks for."""
+    """Every combination of a checked `[vary]` table."""
     given = values(vary)
     rising = checked_axes(mechanism, given)
     if not together(vary):

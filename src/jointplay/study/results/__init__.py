@@ -1,1 +1,1 @@
-"""Results: their files, where they come from, how they ended, and their forms for other programs."""
+"""Results: their files, origin and end, and their forms for other programs."""

@@ -162,7 +162,7 @@ def _changes(dataset: Dataset) -> list[str]:
 
 
 def _looked(one: Dataset) -> str:
-    """At how many values of a parameter motions were looked at, and their relative distance."""
+    """Words on the number of values of a parameter that were followed, and their relative distance."""
     parts = []
     for side in ("below", "above"):
         here = one.sel(side=side)
@@ -173,7 +173,7 @@ def _looked(one: Dataset) -> str:
 
 
 def _apart(here: Dataset) -> float:
-    """Mean distance of the values looked at on one side, in the logarithm."""
+    """Mean distance of the values followed on one side, in the logarithm."""
     return abs(math.log(float(here["limit_ratio"]))) / max(int(here["values_looked_at"]), 1)
 
 
@@ -217,7 +217,7 @@ def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
 
 
 def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:
-    """A line on the changes that were not met on one side, and how far was looked."""
+    """A line on the changes that were not met on one side, and on the reach of the search."""
     one = dataset.sel(parameter=key, side=side)
     unmet = list(map(str, dataset["change"].values[one["found_by"].values == 0]))
     status = str(codes.words(one["side_status"]).values)

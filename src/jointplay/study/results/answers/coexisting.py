@@ -1,4 +1,4 @@
-"""Answers of motions that exist beside each other."""
+"""Answers of coexisting motions."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CLOSE = 0.99  # of a knock: up to there it is as good as safe
 
 
 def attractors(dataset: Dataset) -> str:
-    """Return how many motions there are, the most likely ones, and where some begin and end."""
+    """Return the number of motions, the most likely ones, and beginnings and ends of some."""
     share = dataset["fraction"]
     name, _ = share.dims
     if not share.size:

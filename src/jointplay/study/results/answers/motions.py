@@ -24,7 +24,7 @@ LASTS = 0.01  # share of a parameter over which the end of chaos lasts; what is 
 
 
 def response(dataset: Dataset) -> str:
-    """Return the largest force of each joint, and how often contacts begin and how long they last."""
+    """Return the largest force of each joint, and the rate and duration of contacts."""
     lines = [line for line in (_forces(dataset) or _sizes(dataset), _contacts(dataset)) if line]
     return "\n".join(lines) or f"{dataset.sizes['time']} samples over {measure(_span(dataset), 's')}"
 
@@ -45,7 +45,7 @@ def _forces(dataset: Dataset) -> str:
 
 
 def _each(dataset: Dataset, name: str) -> list[str]:
-    """The values of a variable with their labels, without those that are not known."""
+    """The known values of a variable with their labels."""
     if name not in dataset or dataset[name].ndim > 1:
         return []
     array = dataset[name]

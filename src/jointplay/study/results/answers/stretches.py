@@ -1,4 +1,4 @@
-"""Words over the values of parameters: how many cells have each, and where along the axis."""
+"""Words over the values of parameters: number of cells with each, and their places along the axis."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _between(low: float, high: float, units: str) -> str:
 
 
 def failures(dataset: Dataset, dims: Sequence[str]) -> list[str]:
-    """Return a line on the cells that failed: how many, how, and where; none where all ended well."""
+    """Return a line on the cells that failed: number, reasons, and places; none where all ended well."""
     bad = dataset["cell_status"] != 0
     if not bad.any():
         return []
