@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 
 class Table(MutableMapping[str, T]):
-    """Rows by name: own ones, then those of other packages, looked for once a name is not an own one.
+    """Rows by name: own ones, then rows of other packages, searched once a name is not an own one.
 
     An entry point that cannot be loaded is left out; `broken` says why, and so does the error of a name that
     is not known.

@@ -62,7 +62,7 @@ class Parameter:
 
     @classmethod
     def of(cls, mechanism: Mechanism | TestSystem) -> Iterator[Parameter]:
-        """Yield all that have a value: of a linkage those with words, then by path."""
+        """Yield all that have a value: of a linkage the ones with words, then by path."""
         keys = [*_own(mechanism)] if isinstance(mechanism, TestSystem) else [*NAMED, *_numbers(mechanism)]
         found = (cls(mechanism, key) for key in keys)
         yield from (each for each in found if is_number(each.value))
@@ -157,7 +157,7 @@ def declared_units(mechanism: Any, key: Any) -> str | None:
 
 
 def _own(system: TestSystem) -> list[str]:
-    """Parameters of a system of equations: those that are numbers."""
+    """Parameters of a system of equations that are numbers."""
     return [key for key, value in system.parameters.items() if not isinstance(value, bool)]
 
 
@@ -212,7 +212,7 @@ def _declared(mechanism: Mechanism, key: str) -> tuple[FieldInfo | Quantity | No
 
 
 def cf_units(units: str) -> str:
-    """Units of the records (``N/m``, ``kg m²``) as those of datasets (``N m-1``, ``kg m2``)."""
+    """Units of the records (``N/m``, ``kg m²``) as units of datasets (``N m-1``, ``kg m2``)."""
     above, _, below = units.translate(_POWERS).partition("/")
     lowered = (
         re.sub(r"^(\D+)(\d*)$", r"\1-\2", unit) + "1" * unit.isalpha() for unit in below.strip("()").split()

@@ -43,7 +43,7 @@ def steps(path: str) -> list[str]:
 
 
 def below(record: Any) -> dict[str, Any]:
-    """Parts of a record, of a tuple, or of a table, by name; those of a tuple by their numbers too."""
+    """Parts of a record, of a tuple, or of a table, by name; parts of a tuple by their numbers too."""
     if isinstance(record, tuple):
         named = {part.name: part for part in record if getattr(part, "name", None)}
         return named | {f"[{i}]": part for i, part in enumerate(record)}

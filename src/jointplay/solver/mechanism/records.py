@@ -134,7 +134,7 @@ class Mechanism(Record):
 
     @property
     def clearance_joints(self) -> tuple[Joint, ...]:
-        """The joints with clearance, in order; those with a law of impact after the others."""
+        """The joints with clearance, in order; joints with a law of impact after the others."""
         loose = [joint for joint in self.joints if not joint.ideal]
         return tuple(sorted(loose, key=lambda joint: LAWS[joint.contact.law].rigid))
 

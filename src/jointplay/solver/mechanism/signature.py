@@ -100,7 +100,7 @@ def checked(
         def rule_problems(
             given: Mapping[str, Any], wrong: Collection[str] = (), asked: Iterable[Rule] = (*rules, *deferred)
         ) -> list[Problem]:
-            """Problems that rules find in arguments, apart from those that are wrong by themselves."""
+            """Problems that rules find in arguments, apart from arguments that are wrong by themselves."""
             usual = {name: None if default is ... else default for name, (_, default) in fields().items()}
             sound = {name: value for name, value in given.items() if name not in wrong}
             try:
@@ -139,7 +139,7 @@ def checked(
 
 
 class _Shared(dict[str, Any]):
-    """Arguments by name, and values shared by rules, made of the arguments when first looked up."""
+    """Arguments by name, and values shared by rules, made of the arguments when first used."""
 
     def __init__(self, arguments: Mapping[str, Any], shared: Mapping[str, Callable[..., Any]]) -> None:
         super().__init__(arguments)
@@ -240,7 +240,7 @@ def unpack(function: Callable[..., Any], usual: Mapping[str, Any]) -> None:
 
 
 def _with_bases(table: type) -> list[type]:
-    """A table of keywords and those that it widens, the widest first."""
+    """A table of keywords and the tables that it widens, the widest first."""
     above = [base for base in get_original_bases(table) if is_typeddict(base)]
     return [table, *(each for base in above for each in _with_bases(base))]
 
@@ -266,7 +266,7 @@ def types_of(function: Callable[..., Any]) -> dict[str, Any]:
 
 
 def _form(name: str, fields: Callable[[], Any], open_ended: bool, needed: bool = True) -> type[Arguments]:
-    """The arguments of a function as a record; None stands for those left out, where none is needed."""
+    """The arguments of a function as a record; None stands for omitted ones, where none is needed."""
     base = MoreArguments if open_ended else Arguments
     own: Any = {
         key: (hint, None if default is ... and not needed else default)

@@ -1,1 +1,1 @@
-"""Motions of models: one by one, in lanes, beside others; how far they are, and their clean end."""
+"""Motions of models: one by one, or with others in lanes; their progress, and their clean end."""

@@ -19,17 +19,17 @@ Question = tuple[Any, ...]
 
 
 class _Seat(greenlet):
-    """A call beside others: switched to, it goes on to its next question or its result, and gives that."""
+    """A batched call: switched to, it goes on to its next question or its result, and gives that."""
 
 
 def asked(*question: Any) -> Any:
-    """The answer to a question that a call beside others asks; None where it is alone."""
+    """The answer to a question that a batched call puts; None where the call is alone."""
     here = getcurrent()
     return here.parent.switch(question) if isinstance(here, _Seat) else None
 
 
 def beside(**wanted: Any) -> Callable[[F], F]:
-    """Mark an analysis whose cells in a `[vary]` gain by company, where its keywords are those `wanted`."""
+    """Mark an analysis whose cells in a `[vary]` gain by batching, where its keywords are `wanted`."""
 
     def marked(analysis: F) -> F:
         analysis.beside = wanted  # type: ignore[attr-defined]

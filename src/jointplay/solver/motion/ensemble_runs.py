@@ -35,7 +35,7 @@ FEWEST = 16  # motions side by side that fill the lanes of two workers
 
 
 def ensemble_fits(mechanism: Mechanism | TestSystem, ensemble: bool | None, rtol: float) -> list[Problem]:
-    """Rule: motions of the mechanism can be followed eight at once, where `ensemble` asks for it."""
+    """Rule: motions of the mechanism can be followed eight at once, where `ensemble` wants it."""
     if ensemble and (found := _hindrance(mechanism)):
         expected = f"false is accepted: motions side by side cannot have {HINDRANCES[found]}"
         return [Problem("ensemble", ensemble, expected)]
@@ -106,7 +106,7 @@ class Carried:
 
 
 def carry(models: Sequence[Model], requests: Sequence[Request], tangents: Sequence[Tangent]) -> list[Carried]:
-    """Follow motions of one structure, each of which suits, with a tangent beside each."""
+    """Follow motions of one structure, each of which suits, with a tangent each."""
     return _in_lanes(list(zip(models, requests, strict=True)), tangents)[1]
 
 
@@ -203,7 +203,7 @@ def _functions(model: Model, form: Form) -> tuple:
 
 
 def _parts(called: dict[str, bool]):
-    """The parts of the loop that it calls by address, those compiled alone where they are."""
+    """The parts of the loop that it calls by address, compiled alone where they are so."""
     from jointplay.solver.method.lanes.layout import Parts
     from jointplay.solver.method.lanes.memory import nothing
 
@@ -234,7 +234,7 @@ def _whole(request: Request) -> list[int]:
 
 
 def _records(jobs, n: int, log: np.ndarray, seconds: float, form: Form, sampled: bool) -> Records:
-    """Records of a trajectory; its section points are the samples where these were asked for."""
+    """Records of a trajectory; its section points are the samples where `sampled`."""
     from jointplay.solver.method.lanes.layout import C_STATUS
 
     columns = form.columns(2)

@@ -111,7 +111,7 @@ def look() -> None:
 
 
 def seen(passes: Iterable[T]) -> Iterator[T]:
-    """The same items, with a look before each."""
+    """The same items, with a `look` before each."""
     for each in passes:
         look()
         yield each

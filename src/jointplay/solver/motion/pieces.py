@@ -1,4 +1,4 @@
-"""Compiled loops run in pieces, so that Python can report and stop (looks) between them.
+"""Compiled loops run in pieces, so that Python can report and stop (motion.looks) between them.
 
 While compiled code runs, no handler of a signal does, and no progress is reported. So each loop is called for
 as many attempts at a time as took `PIECE` s so far. A loop that stopped at its limit goes on where it was
@@ -19,7 +19,7 @@ FIRST, GROWTH = 64, 8  # attempts of the first piece ever; how much longer a pie
 
 
 class Pace:
-    """Number of attempts in a piece, learned from how long pieces took."""
+    """Number of attempts in a piece, learned from the duration of earlier pieces."""
 
     def __init__(self) -> None:
         self.size = FIRST

@@ -268,7 +268,7 @@ def wall_unit(structure: Linkage | Oscillator) -> str:
 
 
 def _excites(structure: Linkage | Oscillator) -> bool:
-    """Whether vibrations are looked for that friction excites where it falls with the sliding speed."""
+    """Whether vibrations are sought that friction excites where it falls with the sliding speed."""
     return any(joint.falls for joint in getattr(structure, "soft_joints", ()))
 
 

@@ -50,7 +50,7 @@ def of_structure(structure: Linkage | Oscillator) -> str:
 
 
 def _recorded(model: Model, request: Any) -> bool:
-    """Whether lanes make the records that are asked for."""
+    """Whether lanes make the wanted records."""
     from jointplay.solver.method.lanes.radau import MAX_TURN
 
     longest = MAX_TURN if model.links else MAX_TURN / PHASE  # one section point in a step
@@ -64,7 +64,7 @@ def _recorded(model: Model, request: Any) -> bool:
 
 
 def _even(model: Model, request: Any, longest: float) -> bool:
-    """Whether samples are asked for at the end alone, or of a test system at even times as sections are."""
+    """Whether samples are at the end alone, or of a test system at even times, as sections are."""
     at = request.at
     if len(at) < 2:
         return not len(at) or at[0] == request.duration

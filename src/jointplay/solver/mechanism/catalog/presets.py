@@ -47,7 +47,7 @@ INERTIA = {"crank": 1e-5, "rod": 2.5e-4, "slider": 1e-5}
 
 
 def _by_link(tables: Mapping[str, tuple[Mapping[str, float] | None, _Numbers]]) -> list[_Numbers]:
-    """Numbers by link: those given, others as usual."""
+    """Numbers by link: the given ones, others as usual."""
     strange = [
         unknown(f"{key}.{name}", given[name], name, usual, "link")
         for key, (given, usual) in tables.items()

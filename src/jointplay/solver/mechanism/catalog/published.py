@@ -1,4 +1,4 @@
-"""Published mechanisms with all their parameters. What a publication leaves open is said with each."""
+"""Published mechanisms with all their parameters; choices that a publication leaves open are stated."""
 
 from __future__ import annotations
 

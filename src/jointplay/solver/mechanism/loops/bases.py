@@ -99,7 +99,7 @@ class Bases:
         return self.state.points[pin.link] + pin.at * np.array([d, speed * n])
 
     def line(self, pin: Pin) -> tuple[float, float]:
-        """Direction of a pin's line, rad, and how fast it turns."""
+        """Direction of a pin's line, rad, and its rate."""
         angles, speeds = self.state.angles, self.state.speeds
         return angles.get(pin.link, 0.0) + pin.direction, speeds.get(pin.link, 0.0)
 

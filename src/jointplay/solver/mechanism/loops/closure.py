@@ -1,4 +1,4 @@
-"""The ideal four-bar: where its links are and how fast they turn at a crank angle, in closed form.
+"""The ideal four-bar: positions and speeds of its links at a crank angle, in closed form.
 
 Method: the crank's end A follows from the crank angle; the joint B between coupler and rocker lies on two
 circles, one about A and one about the rocker's pivot C; the two intersections are the branches. Speeds are

@@ -123,7 +123,7 @@ def _steps(
     rank: dict[str, int],
     groups: Iterator[Plan],
 ) -> Iterator[Plan]:
-    """Ways to go on: with the driven link, a dyad or group, one more free link, or one that floats."""
+    """Next plans: with the driven link, a dyad or group, one more free link, or one that floats."""
     rest = sorted((name for name in rank if name is not None and name not in known), key=rank.get)
     holds = {name: [j for j in joints if name in j.links and j.links & {*known}] for name in rest}
     if rest[0] == next(iter(rank)) and any(not j.prismatic for j in holds[rest[0]]):
@@ -167,7 +167,7 @@ def _dyad(
 
 
 def _groups(plan: Plan, size: int, joints: Sequence[Joint], rank: dict[str, int]) -> Iterator[Plan]:
-    """Ways to go on with links that as many joints determine together, each cut where none slides."""
+    """Next plans with links that as many joints determine together, each cut where none slides."""
     known = {GROUND, *plan.order}
 
     def count(links: Collection[str]) -> int:

@@ -142,7 +142,7 @@ class Closure:
         return x if np.abs(value).max() <= 1e3 * CLOSED * max(1.0, self.reach) else None
 
     def gaps(self, x: np.ndarray) -> dict[str, float]:
-        """By how much each joint is open, m."""
+        """Gap of each joint, m."""
         return {joint.name: float(np.hypot(*self.joint(x, joint)[0])) for joint in self.mechanism.joints}
 
     def rough(self, angles: Mapping[str, float], slides: Mapping[str, float]) -> np.ndarray:
@@ -280,7 +280,7 @@ def _led(closure: Closure, x: np.ndarray, held: dict, begin: float, way: float) 
 
 
 def _gaps(closure: Closure, x: np.ndarray, held: dict, crank_angle: float) -> dict[str, float]:
-    """By how much each joint stays open at a crank angle, where they are as little open as can be, m."""
+    """Gap of each joint at a crank angle, where the joints are as little open as can be, m."""
     from scipy.optimize import least_squares
 
     joints = 2 * len(closure.mechanism.joints)
@@ -304,7 +304,7 @@ def _open(closure: Closure, x: np.ndarray, held: dict, crank_angle: float) -> st
 
 
 def _guessed(closure: Closure) -> tuple[dict[str, float], dict[str, float]]:
-    """Rough angle of every link, those on guides by their guides', and the slides that were guessed."""
+    """Rough angle of every link, of links on guides by the guides', and the slides that were guessed."""
     mechanism, guess = closure.mechanism, dict(closure.mechanism.guess)
     angles = {closure.driver: 0.0} | {name: guess[name] for name in closure.place if name in guess}
     slides = {joint.name: guess[joint.name] for joint in mechanism.joints if joint.name in guess}

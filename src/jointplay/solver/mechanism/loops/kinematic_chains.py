@@ -221,7 +221,7 @@ def decomposed(mechanism: Mechanism, first: str | None) -> Plan | None:
 
 
 def _on_loops(joints: Sequence[Joint]) -> list[Joint]:
-    """The joints on loops: those left when links held by one joint are taken away."""
+    """The joints on loops: joints that are left when links held by one joint are taken away."""
     left = list(joints)
     while True:
         count = Counter(name for joint in left for name in joint.links)

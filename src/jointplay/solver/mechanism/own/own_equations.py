@@ -156,7 +156,7 @@ class Equations(Record):
 
 
 def flat(modes: Modes, states: Mapping[str, str], rates: Mapping[str, str], masked: bool) -> dict[str, Any]:
-    """States and rates with those of modes, and the jumps that are their ways; `masked`: with g as above."""
+    """States and rates with the modes', and the jumps between modes; `masked`: with g as above."""
     begun = {mode: text for mode, text in states.items() if mode in modes} or {next(iter(modes)): "1"}
     own = {name: text for name, text in states.items() if name not in modes}
     return {

@@ -56,7 +56,7 @@ def problems(system: Equations) -> list[Problem]:
 
 
 def _of_modes(system: Equations) -> Iterator[Problem]:
-    """Modes without a way out or in, ways that lead nowhere, names of two things, a start in no mode."""
+    """Modes without a way out or in, jumps that lead nowhere, names of two things, a start in no mode."""
     modes = system.modes
     for mode, exits in modes.items():
         if mode in system.rates:

@@ -15,7 +15,7 @@ from jointplay.solver.mechanism.parts.quantity import checked_numbers
 
 
 def _with_numbers(schema: dict[str, Any]) -> None:
-    """Add to the JSON schema the numbers that laws take beside the record's own fields."""
+    """Add to the JSON schema the numbers that laws take besides the record's own fields."""
     for law in FRICTIONS.values():
         for name, each in law.numbers.items():
             about = {"type": "number", "units": each.units, "title": name.replace("_", " ").capitalize()}
@@ -74,7 +74,7 @@ class Friction(Record):
 
     @property
     def numbers(self) -> dict[str, float]:
-        """Numbers of the law beside coefficient and viscous part, by name."""
+        """Numbers of the law besides coefficient and viscous part, by name."""
         return {name: getattr(self, name) for name in FRICTIONS[self.law].numbers}
 
     @property

@@ -50,7 +50,7 @@ class Along:
 
 
 def along(link: Link) -> Along:
-    """Give the modes along a link, beside those across it."""
+    """Give the modes along a link, which it has besides the modes across it."""
     from scipy.linalg import eigh  # takes long to import, and rigid mechanisms go without
 
     squares, v = eigh(STIFFNESS, MASS)
