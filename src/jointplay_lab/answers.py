@@ -32,7 +32,7 @@ def precision_answer(dataset: xr.Dataset) -> str:
 
 
 def scheme_answer(dataset: xr.Dataset) -> str:
-    """Return in how many cases the scheme's passes settle, and the errors of both methods.
+    """Return the number of cases in which the scheme's passes settle, and the errors of both methods.
 
     Parameters
     ----------

@@ -65,7 +65,7 @@ def find_folder(start: Path | None = None) -> Path:
 
 
 def choose(folder: Path, names: Sequence[str] = ()) -> list[Path]:
-    """Choose study files by name, all of them if none is named; those that take longest come first.
+    """Choose study files by name, all of them if none is named; the longest come first.
 
     Raises
     ------
@@ -157,7 +157,7 @@ def _compile(paths: Sequence[Path]) -> None:
 
 
 def one_study(path: Path, out: Path, jobs: int = 1, fresh: bool = False) -> Outcome:
-    """Compute, store and draw one study; whatever goes wrong is in the outcome."""
+    """Compute, store and draw one study; any failure is in the outcome."""
     began, files, failure = time.perf_counter(), [], ""
     try:
         study = load(path)
@@ -175,7 +175,7 @@ def one_study(path: Path, out: Path, jobs: int = 1, fresh: bool = False) -> Outc
 
 
 def write_sheets(folder: Path, out: Path, anew: Collection[str]) -> list[Path]:
-    """Draw the sheets that show a result among those computed `anew`, where the others are stored as well.
+    """Draw the sheets with a result that was computed `anew`, where their other results are stored as well.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ def svg(figure: Figure, prefix: str) -> str:
 
 
 def marks(artist: Any) -> int:
-    """Return how many marks an artist draws one by one; a curve is one."""
+    """Return the number of marks that an artist draws one by one; a curve is one."""
     if isinstance(artist, QuadMesh):
         return artist.get_array().size
     dotted = isinstance(artist, Line2D) and artist.get_marker() not in ("None", "none", "", " ", None)
@@ -104,7 +104,7 @@ def stops(axis: Axis) -> list[float]:
 
 
 def labels(ax: Axes, which: str) -> list[str]:
-    """Return the labels of an axis and of those that share it, its own first."""
+    """Return the labels of an axis and of axes that share it, its own first."""
     shared = getattr(ax, f"get_shared_{which}_axes")().get_siblings(ax)
     return [getattr(each, f"get_{which}label")() for each in (ax, *shared)]
 

@@ -100,7 +100,7 @@ def bearing(part: Dataset, joint: Joint) -> dict[str, Any]:
 
 
 def guide(part: Dataset, joint: Joint) -> dict[str, Any]:
-    """Return a guide: corners' ways to their faces in clearances, which of them touch, and their forces."""
+    """Return a guide: corners' progress to their faces in clearances, touching corners, and their forces."""
     pin, corners = joint.bearing, part.sel(joint=list(joint.contacts))
     turned = 0.0 if pin.link == GROUND else part["angle"].sel(link=pin.link).values[:, None]
     sides = np.array([side for _, side in CORNERS.values()])

@@ -157,7 +157,7 @@ def amid(mechanism: Mechanism | TestSystem, dataset: Dataset, keys: list[str]) -
 
 
 def pictures(dataset: Dataset) -> tuple[dict[str, Any], str]:
-    """Return the figures that can be drawn of a result, and why that which its study asks for cannot."""
+    """Return the figures that can be drawn of a result, and why the study's own figure cannot."""
     options = figure_options(dataset)
     if "swept" in dataset.attrs:
         whole = figures.of_sweep(dataset, options)

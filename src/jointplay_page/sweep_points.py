@@ -1,4 +1,4 @@
-"""Cells of a sweep, as a page shows the selected one: numbers, points or curves, how to run it again."""
+"""Cells of a sweep, for the one selected on a page: numbers, points or curves, command to run it again."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def axis(dataset: Dataset, name: str, keys: list[str]) -> dict[str, Any]:
 
 
 def rows(dataset: Dataset, grid: list[str], room: int) -> tuple[list[dict[str, Any]], str]:
-    """Return the numbers of each cell that there is room for, a row each, and a note of those left out."""
+    """Return the numbers of each cell that there is room for, a row each, and a note on omitted ones."""
     known = [str(name) for name, each in dataset.data_vars.items() if set(grid) <= set(each.dims)]
     known.sort(key=lambda name: (name.startswith(LAST), name not in FIRST))
     every = [row for name in known for row in entries(dataset[name], grid)]
@@ -105,7 +105,7 @@ def values_of(chart: dict[str, Any]) -> int:
 
 
 def entries(array: DataArray, grid: list[str]) -> Iterator[dict[str, Any]]:
-    """Yield the rows of a variable: one for each of its few entries beside the grid."""
+    """Yield the rows of a variable: one for each of its few entries besides the grid."""
     own = [str(dim) for dim in array.dims if dim not in grid]
     if any(is_long(array, dim) for dim in own):
         return

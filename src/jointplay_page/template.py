@@ -35,7 +35,7 @@ def filled(title: str, data: dict[str, Any], **parts: str) -> str:
 
 
 def own(name: str) -> str:
-    """Return a file of the page that lies beside this one."""
+    """Return the text of a file in this package."""
     return files("jointplay_page").joinpath(name).read_text(encoding="utf-8")
 
 

@@ -1,4 +1,4 @@
-"""Texts of a page, as HTML: numbers of a result, where it comes from, how to run it again. All is escaped."""
+"""Texts of a page, as HTML: numbers of a result, its origin, commands to run it again. All is escaped."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LONGEST = 300  # characters of a number or text
 
 
 def numbers(dataset: Dataset, grid: list[str]) -> str:
-    """Return a table of all variables with few entries, beside those of a sweep's cells."""
+    """Return a table of all variables with few entries, except the variables of a sweep's cells."""
     named = {
         str(dim) for dim in dataset.dims if dim in dataset.coords and dataset[dim].dtype.kind not in "fiu"
     }
@@ -54,7 +54,7 @@ def row(name: str, value: str) -> str:
 
 
 def origin(record: dict[str, Any]) -> str:
-    """Return where a result comes from, and how to compute it again."""
+    """Return the origin of a result, and the way to compute it again."""
     if not record:
         return "<p>The result was made in Python and holds no study: what made it is not known here.</p>"
     software, environment = (record.get(key) or {} for key in ("software", "environment"))
@@ -67,7 +67,7 @@ def origin(record: dict[str, Any]) -> str:
 
 
 def again(record: dict[str, Any]) -> str:
-    """Return how to compute a result again: by its study, or by itself where the run had changed that."""
+    """Return the way to compute a result again: by its study, or by itself where the run had changed that."""
     name, changed = file_name(record), changes(record)
     if changed == []:
         words = f"Save the study as <code>{escape(name)}</code>; this computes the result again:"

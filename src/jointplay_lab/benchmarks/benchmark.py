@@ -1,4 +1,4 @@
-"""Benchmarks: published mechanisms followed to where their answer is published, digit beside digit."""
+"""Benchmarks: published mechanisms followed to their published answer, and compared digit by digit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The slider-crank of Flores, Leine and Glocker (2010) just before its first impact, beside a stored motion.
+"""The slider-crank of Flores, Leine and Glocker (2010) just before its first impact, and a stored motion.
 
 Source: Siconos tutorials (INRIA), `SliderCrankMoreauJeanCombinedProjectionOSI.ref`, its row at 2.6 ms: the
 paper itself prints no digits. That motion has steps of 0.1 ms, of first order and one Newton iteration
@@ -30,7 +30,7 @@ PUBLISHED = {
 
 
 def answer(mechanism: Mechanism, rtol: float, max_steps: int, progress: Progress = None) -> Answer:
-    """Follow the motion from the paper's start and give it beside the stored state."""
+    """Follow the motion from the paper's start and give it with the stored state."""
     model = assemble(mechanism, {"crank_speed": SPEED})
     records = follow(model, Request(END, rtol, at=np.array([END]), max_steps=max_steps), progress)
     computed = [math.nan] * len(PUBLISHED)

@@ -1,4 +1,4 @@
-"""The elastic slider-crank of the IVP test set at t = 0.1 s, beside its published state.
+"""The elastic slider-crank of the IVP test set at t = 0.1 s, and its published state.
 
 Source: Test set for IVP solvers, problem `crank` (B. Simeon, 1998), linear stiffness, no damping. Its rod is
 that of `catalog.ivp_crank` but for two things, which are kept here to reach its digits: the axial mass matrix
@@ -105,7 +105,7 @@ def _struck() -> np.ndarray:
 
 
 def answer(mechanism: Mechanism, rtol: float, max_steps: int, progress: Progress = None) -> Answer:
-    """Follow the published motion and give it beside the published state."""
+    """Follow the published motion and give it with the published state."""
     model, (_, T) = assemble(mechanism), _modes()
     back = np.linalg.inv(T)
     state, half = model.state.copy(), len(model.state) // 2

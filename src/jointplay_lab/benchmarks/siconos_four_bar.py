@@ -1,4 +1,4 @@
-"""The four-bar with three clearances of the Siconos examples over a second, beside its stored motion.
+"""The four-bar with three clearances of the Siconos examples over a second, and its stored motion.
 
 Source: Siconos (INRIA), example `FourBarLinkageWith3clearance`: its plug-in for the controller, and
 `FourBarClearance.ref` for the motion at instants 0.05 s apart: steps of 0.1 ms by Moreau and Jean's scheme
@@ -47,7 +47,7 @@ TORQUE = 6.433404424687604  # N m, at the end
 
 
 def answer(mechanism: Mechanism, rtol: float, max_steps: int, progress: Progress = None) -> Answer:
-    """Follow the motion from the stored start and give it beside the stored states."""
+    """Follow the motion from the stored start and give it with the stored states."""
     model, at = assemble(mechanism), np.array(list(PUBLISHED))
     turned = {name: np.array([math.cos(angle), math.sin(angle)]) for name, angle in ANGLES.items()}
     ends = [CENTRES[name] - mechanism.link(name).length / 2 * turned[name] for name in CENTRES]

@@ -59,7 +59,7 @@ def time_panel(ax: Axes, dataset: Dataset) -> None:
 
 
 def residual_panel(ax: Axes, dataset: Dataset) -> None:
-    """Draw how the energy residuals are spread, verdicts on top of each other."""
+    """Draw the distribution of the energy residuals, verdicts on top of each other."""
     from matplotlib.ticker import LogLocator
 
     values = np.clip(dataset["energy_residual"].values, BINS[0], BINS[-1])
@@ -78,12 +78,12 @@ def residual_panel(ax: Axes, dataset: Dataset) -> None:
 
 
 def filled(word: str) -> dict[str, Any]:
-    """Return how bars of a verdict look."""
+    """Return the style of a verdict's bars."""
     return {"facecolor": LOOKS[word][1], "edgecolor": "white", "linewidth": 0.0, "hatch": HATCHES.get(word)}
 
 
 def explain(figure: Figure, points: Sequence[Line2D], dataset: Dataset) -> None:
-    """Name each verdict above the panels, by its bars and points, with how many scenes have it."""
+    """Name each verdict above the panels, by its bars and points, with its number of scenes."""
     from matplotlib.legend_handler import HandlerTuple
     from matplotlib.patches import Patch
 

@@ -35,7 +35,7 @@ def claims_table(dataset: xr.Dataset) -> str:
 
 
 def claims_answer(dataset: xr.Dataset) -> str:
-    """Return how many of the paper's conclusions stand, and how each does.
+    """Return the number of the paper's conclusions with each grade.
 
     Parameters
     ----------

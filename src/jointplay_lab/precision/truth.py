@@ -1,4 +1,4 @@
-"""The end of a motion that all runs are compared with, and how a run agrees with it.
+"""The end of a motion with which all runs are compared, and the agreement of a run with it.
 
 The truth is the method's own run at the tightest tolerance, and counts as confirmed where another method's
 tightest run meets the same events and comes within `CONFIRMED` of it; how close it comes is how well the

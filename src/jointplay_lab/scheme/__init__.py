@@ -1,1 +1,1 @@
-"""The paper's own iterative scheme, and how it compares."""
+"""The paper's own iterative scheme, and its comparison with the solver."""

@@ -180,7 +180,7 @@ class Scheme:
         return Pass(rows, loads, eta, rate, found, eta @ self.modes.gauge)
 
     def quantities(self, rows: np.ndarray, loads: np.ndarray) -> Loaded:
-        """Quantities of rows of a pass and the loads beside them."""
+        """Quantities of rows of a pass and their loads."""
         return Loaded(self.model, rows, dict(zip(self.loaded, loads.T, strict=True)))
 
     def _change(self, before: Pass | None, done: Pass, scale: float) -> float:

@@ -418,7 +418,7 @@ class Truth:
 
 
 def described(quantities: Quantities, **own: np.ndarray) -> dict[str, np.ndarray]:
-    """The compared quantities of some rows; those that are no quantity of theirs are given."""
+    """The compared quantities of some rows; quantities that the rows do not have are given."""
     names = [name for name in COMPARED if name not in own]
     return {name: each[1] for name, each in quantities.variables(names, "time").items()} | own
 

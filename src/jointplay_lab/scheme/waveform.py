@@ -39,7 +39,7 @@ from jointplay_lab.scheme.scheme import Pass, Scheme
 
 @dataclass(frozen=True)
 class Grid:
-    """Steps of a window, and every how many of them a sample is kept."""
+    """Steps of a window, and the number of steps from sample to sample."""
 
     h: float
     count: int

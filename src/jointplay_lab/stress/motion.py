@@ -1,4 +1,4 @@
-"""One run of a model: its states, energy balance, events and cost; and how small differences grow in it.
+"""One run of a model: its states, energy balance, events and cost; and the growth of small differences.
 
 The largest growth is the measure of a disagreement of two runs. Each step adds an error of its own, and the
 flow carries it on. So what counts are growths between any two times: with Phi_k the flow's derivative over

@@ -55,7 +55,7 @@ ROWS["laws"] += [(("kelvin_voigt",), rubs) for rubs in sorted({*FRICTIONS} - {ru
 
 
 def pairs(variant: str) -> list[tuple[str, str] | None]:
-    """Laws of contact and friction that scenes of a variant may have; None: those of the mechanism itself."""
+    """Laws of contact and friction that scenes of a variant may have; None: the mechanism's own."""
     return [(law, friction) for laws, friction in ROWS.get(variant, []) for law in laws] or [None]
 
 
@@ -171,7 +171,7 @@ PRESETS: dict[str, tuple[Callable[..., Mechanism], str, Callable[[Random, Mechan
 
 
 def preset(random: Random, name: str, laws: tuple[str, str]) -> tuple[Mechanism, dict[str, Any]]:
-    """Draw a mechanism of the catalog, and where its crank begins, how fast where nothing drives it."""
+    """Draw a mechanism of the catalog, and its crank's starting angle, and speed where nothing drives it."""
     make, loose, carried = PRESETS[name]
     clearance = ranges.logarithmic(random, (ranges.CLEARANCE[0], 1e-3))
     contact = {"stiffness": ranges.logarithmic(random, ranges.STIFFNESS), "damping": ranges.damping(random)}

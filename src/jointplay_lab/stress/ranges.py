@@ -1,4 +1,4 @@
-"""The ranges from which scenes are drawn, and how: even in the logarithm, or at an end."""
+"""The ranges from which scenes are drawn, even in the logarithm, or at an end."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ STARTS = ("centre", "inside", "edge", "deep")
 
 @dataclass(frozen=True)
 class Case:
-    """A scene: its mechanism and initial state, and how it was drawn."""
+    """A scene: its mechanism and initial state, and the choices by which it was drawn."""
 
     number: int
     mechanism: Mechanism
@@ -120,7 +120,7 @@ def draw(printed: Mechanism, number: int, seed: int = 0, variants: tuple[str, ..
 
 
 def _links(random: np.random.Generator, printed: Mechanism, end: int | None) -> tuple[list, dict[str, float]]:
-    """Links longer or shorter, thinner or thicker (mass as length × thickness²), and by how much longer."""
+    """Links longer or shorter, thinner or thicker (mass as length × thickness²), and ratios of lengths."""
     links, lengths = [], {}
     for link in (each.total for each in printed.links):
         length = ranges.logarithmic(random, ranges.LENGTH)

@@ -205,7 +205,7 @@ def dataset(
     answers: list[dict[str, Any]],
     listed: int,
 ) -> xr.Dataset:
-    """Put a stress study together; `settings` are those of its cells."""
+    """Put a stress study together; `settings` are its cells' settings."""
     cases = [draw(printed, number, settings["seed"], settings["variants"]) for number in numbers]
     found = _of_answers(answers) | _of_cases(cases)
     found |= _listing("slowest", "cpu_time", cases, found, settings, listed)

@@ -1,4 +1,4 @@
-"""Numbers that follow a slider: how everything that a run begins with depends on each parameter.
+"""Numbers that follow a slider: dependence of a run's starting values on each parameter.
 
 Assembling a mechanism is not written a second time in JavaScript. Instead each number that a parameter
 changes gets a form, found from samples over the parameter's range, and each
@@ -143,7 +143,7 @@ def followed(mechanism: Mechanism | TestSystem, numbers: Numbers, closes: bool =
 
 
 def candidates(mechanism: Mechanism | TestSystem) -> Iterator[Slider]:
-    """Yield the parameters that might get a slider, the most asked for first."""
+    """Yield the parameters that might get a slider, the most useful first."""
     linkage = isinstance(mechanism, Mechanism)
     found = _of_linkage(mechanism) if linkage else {name: name for name in mechanism.parameters}
     for key, name in found.items():
@@ -243,7 +243,7 @@ def _rules(sliders: list[Slider], tried: Callable, first: Found) -> dict[Place, 
 def _together(
     sliders: list[Slider], shares: np.ndarray, tried: Callable
 ) -> tuple[dict[Slider, float], Found] | None:
-    """Other values of all sliders, nearer to those stored where they are refused, and the numbers there."""
+    """Other values of all sliders, nearer to the stored ones if they are refused, and the numbers there."""
     ends = [s.low * (s.high / s.low) ** u for s, u in zip(sliders, shares, strict=True)]
     for n in range(NEARER):
         point = {s: s.value * (x / s.value) ** (0.5**n) for s, x in zip(sliders, ends, strict=True)}
@@ -298,7 +298,7 @@ def close(found: Any, wanted: np.ndarray, allowed: float) -> bool:
 
 
 def near(found: Any, wanted: np.ndarray) -> bool:
-    """Whether they are those wanted, roughly."""
+    """Whether they are the wanted ones, roughly."""
     return bool(np.all(np.abs(np.log(found / wanted)) <= np.log(ROUGHLY)))
 
 

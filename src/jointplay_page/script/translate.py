@@ -45,7 +45,7 @@ WEAK, CALL, WHOLE = -1, 3, 4  # how strongly an expression binds, beside signs (
 
 
 class Code(NamedTuple):
-    """An expression: its text, how strongly it binds as a side of an operation, whether it is a truth."""
+    """An expression: its text, its binding strength as a side of an operation, whether it is a truth."""
 
     text: str
     binds: int = WHOLE
@@ -62,7 +62,7 @@ class Code(NamedTuple):
 
 
 class Script:
-    """JavaScript of functions and of all that they call, gathered as they are asked for."""
+    """JavaScript of functions and of all that they call, gathered as they are needed."""
 
     def __init__(self) -> None:
         self._done: dict[str, str] = {}
