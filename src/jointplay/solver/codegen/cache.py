@@ -40,14 +40,14 @@ _lock = threading.Lock()
 
 
 def prepare(name: str) -> None:
-    """Begin to compile a loop of the method beside what this process does, if no process ever has."""
+    """Begin to compile a loop of the method in the background, if no process ever has."""
     with _lock:
         if not (interpreted() or name in _loops or name in _compiling) and _found(name) is None:
             _start(name)
 
 
 def method(name: str) -> SimpleNamespace:
-    """The compiled functions of a loop of the method, which are those of its module's UNIT.
+    """The compiled functions of a loop of the method: the functions of its module's UNIT.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def structure_module(structure) -> ModuleType:
 
 
 def variation_module(structure, directions: tuple[tuple[str, ...], ...] = ()) -> ModuleType:
-    """The compiled derivatives of a structure, for those who follow tangents.
+    """The compiled derivatives of a structure, for tangents.
 
     `directions`: names of the numbers that change along each (codegen.variation).
     """
@@ -161,7 +161,7 @@ def ensemble_module(structure) -> ModuleType:
 
 
 def ensemble_tangents(positions: int) -> ModuleType:
-    """The compiled code that carries a tangent beside each of eight trajectories of so many positions."""
+    """The compiled code that carries a tangent with each of eight trajectories of so many positions."""
     return _module(f"ensemble tangents {positions}", lambda: _writer("lanes.tangent").text(positions))
 
 

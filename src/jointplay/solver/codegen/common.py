@@ -1,4 +1,4 @@
-"""Common subexpressions of a program: those that SymPy's `cse` finds, named in its order.
+"""Common subexpressions of a program: the ones that SymPy's `cse` finds, named in its order.
 
 All variants of a structure have most of their expressions in common, so that an expression's sign is asked
 for once in all of them; and what holds nothing that is named is left as it is, where SymPy builds it anew.
@@ -36,7 +36,7 @@ def shared(values: list[Expr], names: Iterator[Symbol]) -> tuple[list[tuple[Symb
 
 
 def _forms(values: list[Expr]) -> dict[Expr, Unevaluated]:
-    """Other forms of expressions: negatives, inverses, sums and products of what several share."""
+    """Other forms of expressions: negatives, inverses, sums and products of terms that several share."""
     forms, adds, muls, seen = {}, {}, {}, set()
 
     def visit(expr: Expr) -> None:

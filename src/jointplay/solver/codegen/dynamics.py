@@ -40,7 +40,7 @@ EASE, TINY = Float(1e-9), Float(1e-100)  # TINY, N^2: its square is a number sti
 def eased(
     tape: Tape, contacts: list[Contact], i: int, sticks: list[Expr], pushes: list[Expr], own: Expr
 ) -> dict[int, Expr]:
-    """What contact i and the other on its face have in v_t,i' by their F_t, `own` being S_ii."""
+    """Coefficients in v_t,i' of the F_t of contact i and of the other on its face, `own` being S_ii."""
     for j, other in enumerate(contacts):
         if j != i and other.face and other.face == contacts[i].face:
             c_j, c_i = pushes[i], pushes[j]
@@ -78,7 +78,7 @@ class Dynamics:
 
     @property
     def abrupt(self) -> set[Symbol]:
-        """What amplifies errors of speeds: accelerations, friction, walls' forces, a drive's law."""
+        """Symbols that amplify errors of speeds: accelerations, friction, walls' forces, a drive's law."""
         return {*self.a, *self.F_t, *self.system.answering}
 
     def rub(self, wall: Reset) -> int:
@@ -87,7 +87,7 @@ class Dynamics:
         return len(self.system.contacts) + len(self.system.resets) + place
 
     def friction(self, wall: Reset) -> Expr:
-        """Friction of a rough wall: what holds, or sigma f times the push."""
+        """Friction of a rough wall: the force that holds, or sigma f times the push."""
         rub, push = self.rub(wall), -self.F_t[len(self.system.contacts) + self.system.resets.index(wall)]
         guide = self.guides[rub - len(self.system.contacts) - len(self.system.resets)]
         share = variants.shares(guide, self.variant)[guide.index(wall)]
@@ -184,15 +184,15 @@ class Dynamics:
         return self.slide(self.contacts[j]) - self._eased(j, self.F_t)
 
     def restoring(self, j: int) -> Expr:
-        """What a unit of the force of held contact j takes off v_t'."""
+        """Decrease of v_t' by a unit of the force of held contact j."""
         return dot(self._row(j), self._columns[self.held.index(j)])
 
     def slide(self, contact: Contact | Reset) -> Expr:
-        """The same by what moves, and of a rough wall."""
+        """v_t' of a contact or a rough wall, by the accelerations."""
         return dot(contact.tangential, self.a) + self._drifting(contact)
 
     def _ease(self, i: int) -> dict[int, Expr]:
-        """What contact i and the other on its face have in v_t,i' while that one sticks, by their F_t."""
+        """Coefficients in v_t,i' of the F_t of contact i and the other on its face, while that one sticks."""
         if i not in self.held:
             return {}
         place, sticks = self.held.index(i), [self.masks[j].stick for j in self.held]

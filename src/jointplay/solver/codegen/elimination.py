@@ -92,7 +92,7 @@ class Plan:
             yield [X[r], len(pairs) // 2, E[r, r], *pairs]
 
     def _weighing(self) -> Iterator[list[int]]:
-        """Rows of M: how many entries, then of each its place in J and that of the row of R in the buffer."""
+        """Rows of M: number of entries, then of each its place in J and that of R's row in the buffer."""
         for r in range(self.n):
             row = [(at, 8 * (self.n + j)) for (i, j), at in sorted(self.mass.items()) if i == r]
             yield [len(row), *(value for pair in row for value in pair)]

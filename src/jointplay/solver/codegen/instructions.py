@@ -38,7 +38,7 @@ ROW = 8  # lanes of a function that is marked `lanewise`
 
 
 class Value(NamedTuple):
-    """An operand: its kind (f: float, i: integer, b: truth), and over how many lanes (0: one number)."""
+    """An operand: its kind (f: float, i: integer, b: truth), and its number of lanes (0: one number)."""
 
     kind: str
     text: str
@@ -90,7 +90,7 @@ def written(source: str, licences: str = FAST) -> Written:
 
 
 class Module:
-    """The instructions of one text, function by function as they are asked for."""
+    """The instructions of one text, function by function as they are needed."""
 
     def __init__(self, text: Text, licences: str) -> None:
         self.text, self.licences = text, licences
@@ -126,7 +126,7 @@ class Module:
         self.declared[name] = f"declare {result} @{name}({', '.join(arguments)})"
 
     def function(self, text: Text, node: ast.FunctionDef, given: tuple[tuple, ...]) -> tuple[str, str]:
-        """A function for arguments of given kinds: its name, and the kind of what it returns (v: nothing)."""
+        """A function for arguments of given kinds: its name, and the kind of its result (v: nothing)."""
         key = (text, node.name, given)
         if key not in self.made:
             name = f"own.{len(self.made)}.{node.name}"
@@ -224,7 +224,7 @@ class Body(Reader):
         return Value(kind, f"%t{self.count}", width)
 
     def block(self, label: str) -> None:
-        """Where jumps lead."""
+        """Begin a block, to which jumps lead."""
         self.lines.append(f"{label}:")
         self.ended = False
 
@@ -349,7 +349,7 @@ class Body(Reader):
     # Places in arrays
 
     def array(self, value: Value | Array) -> Array:
-        """What has to be an array."""
+        """The value, which has to be an array."""
         if not isinstance(value, Array):
             raise self.refuse("what is no array")
         return value
@@ -374,7 +374,7 @@ class Body(Reader):
         ).text
 
     def pointer(self, node: ast.Subscript) -> tuple[Array, str, int]:
-        """An array, a pointer into it, and over how many lanes it goes."""
+        """An array, a pointer into it, and the number of its lanes."""
         array, index = self.array(self.value(node.value)), node.slice
         if not self.width or not _names(index, self.lane):
             return array, self.element(array, self.place(index)), 0
@@ -412,7 +412,7 @@ class Body(Reader):
         return self.made("f", f"fneg {self.module.licences} {value.type} {value.text}", value.width)
 
     def truth(self, node: ast.expr) -> Value:
-        """What has to be a truth."""
+        """The value of an expression that has to be a truth."""
         if (found := self.value(node)).kind != "b":
             raise self.refuse("a number as a truth", node)
         return found
@@ -654,7 +654,7 @@ def _shared(node: ast.FunctionDef) -> set[str]:
 
 
 def _before_lane(node: ast.expr, lane: str | None) -> ast.expr | int | None:
-    """What is added to the lane's number in a place, 0 if nothing; None of any other place."""
+    """Term added to the lane's number in a place, 0 if nothing; None of any other place."""
     if isinstance(node, ast.Name) and node.id == lane:
         return 0
     plus = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add) and isinstance(node.right, ast.Name)

@@ -1,4 +1,4 @@
-"""The mass matrix solved straight-line, and small systems beside it."""
+"""The mass matrix solved straight-line, and small systems."""
 
 from sympy import Add, Expr, Integer
 

@@ -1,4 +1,4 @@
-"""The text of a structure's module: everything that the flow asks of a system, as numba source.
+"""The text of a structure's module: everything that the flow needs of a system, as numba source.
 
 rate(variant, w, s, p, m)         rates, guards, resets, section, powers of eight increments, into w
 jacobian(variant, s, p, m, J)     d rate / d state at the base point, row by row; of many unknowns, the values
@@ -152,7 +152,7 @@ def guards(dynamics: Dynamics, j: int, variant: str) -> dict[int, Expr]:
 
 
 def watched(dynamics: Dynamics, k: int) -> Expr:
-    """Guard of the k-th reset: its gap; while the wall holds, what it pushes with."""
+    """Guard of the k-th reset: its gap; while the wall holds, its push."""
     j, gap = len(dynamics.system.contacts) + k, dynamics.system.resets[k].guard
     held = dynamics.masks[j].stick
     return (1 - held) * gap - held * dynamics.F_t[j]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Target(NamedTuple):
-    """A kind of processor: LLVM's triple, its name, what it can do."""
+    """A kind of processor: LLVM's triple, its name, its features."""
 
     triple: str
     cpu: str

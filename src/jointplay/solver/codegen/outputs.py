@@ -1,4 +1,4 @@
-"""Recorded quantities as a program over arrays: written once a structure, run on what is asked for.
+"""Recorded quantities as a program over arrays: written once a structure, run in the parts needed.
 
 Quantities are not computed while a motion is followed, but afterwards, from the recorded states and modes,
 by NumPy. The program is data: assignments with what each reads, so that only what the asked quantities need

@@ -1,4 +1,4 @@
-"""Where compiled code lies, and which folders and files are believed.
+"""Folders and files of compiled code, and the checks by which they are believed.
 
 What lies there is run: a folder is used only if it is this user's and nobody else can write there. Every file
 opens with a seal, the hash of its name and content. One that was cut, altered, swapped or put there by
@@ -37,7 +37,7 @@ _lock = Lock()
 
 
 class UnsoundError(Exception):
-    """A file is not what was written; the text says why."""
+    """A file is not as it was written; the text says why."""
 
 
 @cache
@@ -48,7 +48,7 @@ def compiling(what: str) -> None:
 
 @cache
 def say(line: str) -> None:
-    """Tell the user of the kernel cache, on stderr; the same only once."""
+    """Print a line for the user of the kernel cache, on stderr; the same only once."""
     if sys.stderr is not None:
         sys.stderr.write(f"{PREFIX}{line}\n")
 
@@ -135,7 +135,7 @@ def _forget(top: Path, maker: int) -> None:
 
 
 def fault(path: Path, shared: bool = False) -> str:
-    """Say why what lies at a path may be somebody else's, or lead to it; empty if it is this user's alone.
+    """Say why the file at a path may be somebody else's, or lead to one; empty if it is this user's alone.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def fault(path: Path, shared: bool = False) -> str:
 
 
 def discard(path: Path, why: object) -> None:
-    """Remove what cannot be used, and say so."""
+    """Remove an unusable file, and say so."""
     say(f"{path} {why}; it is removed and made anew")
     with suppress(OSError):
         remove(path)

@@ -61,7 +61,7 @@ def write(folder: Path, names: Iterable[str]) -> list[Path]:
 
 @lru_cache(maxsize=1)
 def _suits() -> bool:
-    """Whether this is such a processor, and no other is asked for."""
+    """Whether the processor suits the prebuilt code, and the environment names no other."""
     asked = any(f"NUMBA_CPU_{word}" in os.environ for word in ("NAME", "FEATURES"))
     features = objects.llvm().get_host_cpu_features()
     return not (asked or interpreted()) and all(features.get(each, False) for each in NEEDED)

@@ -57,12 +57,12 @@ FUNCTIONS |= {np.sqrt: FUNCTIONS[math.sqrt], np.log: FUNCTIONS[math.log], math.f
 
 
 class RefusedError(NotImplementedError):
-    """Something that a back end does not write: where it stands, and what it is."""
+    """Code that a back end does not write: its place, and its text."""
 
 
 @dataclass(frozen=True, eq=False)
 class Text:
-    """A module: its name, its functions by name, and values of the names beside them."""
+    """A module: its name, its functions by name, and values of the other names."""
 
     name: str
     functions: dict[str, ast.FunctionDef]
@@ -79,13 +79,13 @@ class Text:
         return cls(name, _functions(tree), scope)
 
     def value(self, name: str) -> Any:
-        """What a global name stands for, the definition of an own function; KeyError of others."""
+        """Value of a global name, the definition of an own function; KeyError of others."""
         if name in self.functions:
             return self.functions[name]
         return self.scope[name] if name in self.scope else vars(builtins)[name]
 
     def defined(self, value: Any) -> tuple[Text, ast.FunctionDef] | None:
-        """Where a function stands, here or in the method; None of what is not written in Python."""
+        """Text and definition of a function, here or in the method; None of one not written in Python."""
         if isinstance(value, ast.FunctionDef):
             return self, value
         value = getattr(value, "py_func", value)
@@ -152,14 +152,14 @@ class Reader:
                 raise self.refuse(f"the loop's variable {min(names)} set here", each)
 
     def refuse(self, what: str = "", node: ast.AST | None = None) -> RefusedError:
-        """The error that says what is not read, and where; without words what is being read is shown."""
+        """The error that names unreadable code and its place; without words the code being read is shown."""
         node = node or self.at
         what = what or f"{type(node).__name__} ({ast.unparse(node)[:200]})"
         where = f"{self.text.name}.py:{getattr(node, 'lineno', self.node.lineno)} in {self.node.name}"
         return RefusedError(f"{where}: {what} is not in the language that is read here")
 
     def read(self, node: ast.AST) -> Any:
-        """What a statement or an expression becomes."""
+        """Read a statement or an expression."""
         before, self.at = self.at, node
         method = getattr(self, f"_{type(node).__name__}", None)
         if method is None:
@@ -169,7 +169,7 @@ class Reader:
         return found
 
     def value(self, node: ast.expr) -> Any:
-        """What an expression gives."""
+        """Value of an expression."""
         if (found := self.read(node)) is None:
             raise self.refuse("a call without a value", node)
         return found
@@ -204,7 +204,7 @@ class Reader:
         self._store([self.target(each) for each in targets], value)
 
     def target(self, node: ast.expr) -> ast.expr:
-        """What can be assigned to: a name, or a place of an array."""
+        """Target of an assignment: a name, or a place of an array."""
         whole = isinstance(node, ast.Subscript) and not isinstance(node.slice, ast.Slice)
         if not whole and not isinstance(node, ast.Name):
             raise self.refuse("", node)
@@ -247,7 +247,7 @@ class Reader:
     # Expressions
 
     def known(self, node: ast.expr) -> Any:
-        """What a name, or names with dots, from outside the function stand for."""
+        """Value of a name, or of names with dots, from outside the function."""
         with suppress(KeyError, AttributeError, RefusedError):  # the last: of what stands before a dot
             if isinstance(node, ast.Name) and node.id not in self.bound:
                 return self.text.value(node.id)
@@ -317,7 +317,7 @@ class Reader:
         return self.known(node)
 
     def called(self, function: Any, values: list[Any]) -> Any:
-        """What a call gives."""
+        """Result of a call."""
         if function is len and len(values) == 1:
             return self._length(values[0])
         if (function is min or function is max) and values:
@@ -331,7 +331,7 @@ class Reader:
 
 
 def suites(node: ast.FunctionDef) -> list[list[ast.stmt]]:
-    """The suites of a function: its own, and those of the statements in it."""
+    """The suites of a function: its own, and the suites of the statements in it."""
     found = [node.body]
     for suite in found:  # which grows meanwhile
         parts = (getattr(each, part, None) for each in suite for part in ("body", "orelse"))

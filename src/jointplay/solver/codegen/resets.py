@@ -1,4 +1,4 @@
-"""Jumps of the state in a structure's module: impacts, coming to rest, what laws remember, unit impulses."""
+"""Jumps of the state in a structure's module: impacts, coming to rest, memories of laws, unit impulses."""
 
 from sympy import Expr, Integer, Symbol
 
@@ -69,7 +69,7 @@ def jumped(dynamics: Dynamics, k: int) -> dict[Symbol, Expr]:
 
 
 def _remembering(system: System, jump: dict[Symbol, Expr]) -> Program:
-    """What a law remembers from here on."""
+    """Program of the values that a law remembers from here on."""
     return Tape(system).program({f"new_{z}": value for z, value in jump.items()})
 
 

@@ -72,7 +72,7 @@ expression = Printer({"order": "none"}).doprint
 
 @dataclass(frozen=True)
 class Layout:
-    """Where things lie: the base point `s`, the rows of `w`, the masks `m`.
+    """Places of values: the base point `s`, the rows of `w`, the masks `m`.
 
     `method` is the number of rows at the beginning of `w` that are the method's own; 0: as the written-out
     algebra has them.
@@ -136,7 +136,7 @@ def importing(source: str) -> str:
 
 
 def entry(name: str, arguments: str) -> list[str]:
-    """Head of a function that the method calls; it is compiled when its address is first asked for."""
+    """Head of a function that the method calls; it is compiled when its address is first needed."""
     return ["@compiled", f"def {name}({arguments}):"]
 
 
@@ -148,7 +148,7 @@ def dispatch(name: str, arguments: str, functions: dict[int, str]) -> str:
 
 
 def used(program: Program, symbols: Iterable[Symbol]) -> list[Symbol]:
-    """Those of `symbols` that the program reads, in their order."""
+    """The `symbols` that the program reads, in their order."""
     found = {symbol for _, value in program for symbol in read(value)}
     return [symbol for symbol in symbols if symbol in found]
 

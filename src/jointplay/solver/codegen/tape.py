@@ -1,4 +1,4 @@
-"""A straight-line program as symbols: assignments, derivatives, what is live, common subexpressions.
+"""A straight-line program as symbols: assignments, derivatives, live symbols, common subexpressions.
 
 Differentiation is forward mode on the program: the derivative of an assigned symbol is itself assigned once
 and shared, so that a Jacobian reuses what the force has computed. Sines and cosines differentiate by the
@@ -108,7 +108,7 @@ class Tape:
         return _in_order(dict(found) | dict(zip(assigned, reduced, strict=True)))
 
     def behind(self, roots: Iterable[Expr]) -> set[Symbol]:
-        """Symbols that some expressions need, in them or behind what is assigned."""
+        """Symbols that some expressions need, in them or behind assigned symbols."""
         live: set[Symbol] = set()
         queue = [s for value in roots for s in read(value)]
         while queue:
@@ -120,7 +120,7 @@ class Tape:
 
 
 def _in_order(assigned: dict[Symbol, Expr]) -> list[tuple[Symbol, Expr]]:
-    """Assignments sorted so that each comes after what it uses (depth first)."""
+    """Assignments sorted so that each comes after the ones it uses (depth first)."""
     done: dict[Symbol, Expr] = {}
 
     def visit(s: Symbol) -> None:

@@ -37,7 +37,7 @@ def prune(everything: bool = False) -> list[str]:
 
 
 def verify() -> tuple[int, int]:
-    """Look at every file in use, and remove what is not as it was written.
+    """Check every file in use, and remove any that is not as it was written.
 
     Returns
     -------

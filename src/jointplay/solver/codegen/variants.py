@@ -58,7 +58,7 @@ def masks(system: System, variant: str) -> list[Mask]:
 
 
 def guides(system: System) -> list[list[Reset]]:
-    """Rough walls, those of one guide together."""
+    """Rough walls, walls of one guide together."""
     found: dict[str, list[Reset]] = {}
     for wall in (reset for reset in system.resets if reset.rough):
         found.setdefault(wall.guide or f"{wall.name} alone", []).append(wall)
@@ -71,7 +71,7 @@ def sticking(wall: Reset) -> Symbol:
 
 
 def shares(walls: list[Reset], variant: str) -> list[Expr]:
-    """Of a guide's rough walls, 1 of the first to which a body sticks: it holds for all; 0 of the others."""
+    """Share of each rough wall of a guide: 1 of the first to which a body sticks, 0 of the others."""
     found, free = [], Integer(int(variant in ("stick", "any")))
     for wall in walls:
         found.append(free * sticking(wall))
@@ -85,7 +85,7 @@ def slipping(wall: Reset, variant: str) -> Expr:
 
 
 def _resting(wall: str, variant: str) -> Mask:
-    """Mask of a rigid wall: it holds what rests on it where it is touched."""
+    """Mask of a rigid wall: it holds a resting body where it is touched."""
     held = Integer(0) if variant == "free" else Symbol(f"touch_{wall}", real=True)
     return Mask(Integer(0), Integer(0), held)
 

@@ -75,7 +75,7 @@ def _residual(dynamics: Dynamics) -> Entries:
 
 
 def _powers(dynamics: Dynamics) -> Entries:
-    """d power / d x_i behind those of the rates, where there are directions."""
+    """d power / d x_i behind the rates' derivatives, where there are directions."""
     system, tape = dynamics.system, dynamics.tape
     if not system.directions:
         return {}
@@ -148,7 +148,7 @@ def _vary(rows: _Rows) -> str:
 
 
 def _driven(rows: _Rows) -> list[str]:
-    """Lines that add what a direction drives: a loop for each, so that places in w are known."""
+    """Lines that add a direction's driven terms: a loop for each, so that places in w are known."""
     lines = []
     for i in range(rows.n_x, rows.width):
         pairs = [(rows.varied(k), rows.entry(k, i)) for k, ii in rows.entries if ii == i]
@@ -207,7 +207,7 @@ def _gradients(layout: Layout) -> Iterator[tuple[int, str]]:
 
 
 def _met(layout: Layout, g: int, k: int, place: int) -> str:
-    """One of what impulses on the k-th wall depend on."""
+    """Gradient of a number on which impulses on the k-th wall depend."""
     dynamics, wall = Dynamics(layout.system, "free"), layout.system.resets[k]
     rate = dynamics.contacts[len(layout.system.contacts) + k].v_t
     value = (rate, wall.restitution * rate, wall.v_t, wall.coulomb)[place]
@@ -244,7 +244,7 @@ def _cone(layout: Layout, j: int) -> str:
 
 
 def _wall(layout: Layout, k: int) -> str:
-    """The gap of the k-th reset; while the wall holds, what it pushes with."""
+    """Gradient of the k-th reset's guard: of its gap; while the wall holds, of its push."""
     dynamics = Dynamics(layout.system, variants(layout.system)[-1])
     j = len(layout.system.contacts) + k
     gap = _slopes(layout, dynamics.tape, layout.system.resets[k].guard)

@@ -82,7 +82,7 @@ def excitation(structure: Linkage, beam: Beam, c: Coordinates) -> Iterator[tuple
 
 
 def force(structure: Linkage, beam: Beam, c: Coordinates) -> Iterator[tuple[Freedom, Expr]]:
-    """Forces that the modes feel, and what they add to the other freedoms."""
+    """Forces on the modes, and their contributions to the other freedoms."""
     j, consistent = beam.link, structure.order == "consistent"
     w = c.speed[j]
     yield from excitation(structure, beam, c)
@@ -103,7 +103,7 @@ def force(structure: Linkage, beam: Beam, c: Coordinates) -> Iterator[tuple[Free
 
 
 def strain_energy(beam: Beam, c: Coordinates) -> Expr:
-    """sum_i omega_i^2 eta_i^2 / 2, and the same of what stretches."""
+    """sum_i omega_i^2 eta_i^2 / 2, and the same of modes of stretch."""
     half = Integer(1) / 2
     return _squares(beam, "k", c.position, half) + stretch.squares(beam, "axial", c.position, half)
 

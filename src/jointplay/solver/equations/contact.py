@@ -75,7 +75,7 @@ def column(
 
 
 def _spins(joint: Clearance, c: Coordinates, R: Expr, rho: Expr) -> dict[Freedom, Expr]:
-    """Parts of v_t from the turning of journal and bearing: of their links and those links' end slopes."""
+    """Parts of v_t from the turning of journal and bearing: of their links and the links' end slopes."""
     found: dict[Freedom, Expr] = {}
     for link, end, arm in zip((joint.journal, joint.bearing), joint.ends, (R, -R - rho), strict=True):
         if link != "ground":
@@ -134,7 +134,7 @@ def between(joint: Clearance, c: Coordinates, axis: int) -> Expr:
 
 
 def on_drive(columns: list[dict[Freedom, Expr]], c: Coordinates, driven: str) -> tuple[Expr, ...]:
-    """What the driven link's speed has in the speeds of these columns."""
+    """Coefficients of the driven link's speed in the speeds of these columns."""
     return tuple(
         sum((entry * c.leads[k].get(driven, 0) for k, entry in each.items()), Integer(0)) for each in columns
     )

@@ -1,4 +1,4 @@
-"""Freedoms of a linkage: which speeds there are, which of them are unknown, and how the others follow.
+"""Freedoms of a linkage: their speeds, the unknown ones among them, and the rates of the others.
 
 A freedom is the angle of a link (its name), a coordinate of a chain's base (chain, axis), the slide of a
 prismatic joint (None, joint), or an elastic mode, across (link, number) or along (None, link, number). Its
@@ -121,7 +121,7 @@ class Coordinates:
         self.given(freedom, self.speed[freedom], self.imposed[place])
 
     def follow(self, freedom: Freedom, ratios: dict[Freedom, Expr], own: Expr, closes: bool = False) -> None:
-        """Add a freedom whose speed is a sum of ratios times others', and `own` beside that in acceleration.
+        """Add a freedom whose speed is a sum of ratios times others', with `own` added in acceleration.
 
         `closes` says that it follows by a loop, so that the tree has it as an unknown.
         """
@@ -165,7 +165,7 @@ class Coordinates:
     def force(
         self, forces: dict[Freedom, Expr], entries: dict[tuple[Freedom, Freedom], Expr]
     ) -> tuple[Expr, ...]:
-        """Forces on the unknowns, from those on all freedoms less the inertia of prescribed accelerations."""
+        """Forces on the unknowns: forces on all freedoms less the inertia of prescribed accelerations."""
         total = dict(forces)
         for (k, m), entry in entries.items():
             for one, other in {(k, m), (m, k)}:
@@ -246,6 +246,6 @@ def bristle(joint: str) -> Symbol:
 
 
 def guess(unknown: Freedom) -> tuple[Symbol, ...]:
-    """Near what an unknown of a larger group of loops is: cosine and sine of an angle, or a slide."""
+    """Guess of an unknown of a larger group of loops: cosine and sine of an angle, or a slide."""
     names = [f"c_{unknown}", f"s_{unknown}"] if isinstance(unknown, str) else [f"slide_{unknown[1]}"]
     return tuple(Symbol(f"guess_{name}", real=True) for name in names)

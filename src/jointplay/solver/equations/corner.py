@@ -88,6 +88,6 @@ def _line(joint: Clearance, word: str, link: str, c: Coordinates, let) -> tuple[
 
 
 def _spins(joint: Clearance, journal: Expr, bearing: Expr) -> dict[Freedom, Expr]:
-    """What the turning of slider and guide adds, by their links."""
+    """Contributions of the turning of slider and guide, by their links."""
     pairs = (joint.journal, journal), (joint.bearing, bearing)
     return {link: arm for link, arm in pairs if link != "ground"}

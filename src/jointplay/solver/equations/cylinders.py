@@ -34,7 +34,7 @@ def modulus(E_j, nu_j, E_b, nu_b):
 
 
 def logarithmic(m, u, S, u_1):
-    """F = S u/lambda, and what it stores; not a number beyond u_1."""
+    """F = S u/lambda, and its stored energy; not a number beyond u_1."""
     size = m.sqrt(u**2 + ROUND**2)
     bend = 1 + (1 - m.side(u)) / 2 * size / u_1
     U = size / bend
@@ -55,7 +55,7 @@ def logarithmic_slope(depth, S, u_1):
 
 
 def conforming(m, u, S, e):
-    """Liu's F and what it stores, S = pi E* L; that is a difference, rounded by some 1e-16 S sqrt(e^3 u)."""
+    """Liu's F and its stored energy, S = pi E* L; this is a difference, rounded by 1e-16 S sqrt(e^3 u)."""
     U = m.sqrt(u**2 + ROUND**2)
     root, share = m.sqrt(U * (U + e)), m.sqrt(U / e)
     arc = m.log(share + m.sqrt(1 + U / e))

@@ -1,4 +1,4 @@
-"""Drives of the crank, each one object: what stands in `DRIVES` can be the `drive` of a structure.
+"""Drives of the crank, each one object: an entry of `DRIVES` can be the `drive` of a structure.
 
 No SymPy here before equations are written: arithmetic alone takes symbols as well as numbers.
 """
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Drive:
-    """What turns the crank.
+    """A drive of the crank.
 
     Parameters
     ----------

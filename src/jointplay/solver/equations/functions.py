@@ -1,4 +1,4 @@
-"""Functions that laws are written with, beside arithmetic, and what code generation makes of them.
+"""Functions that laws are written with, besides arithmetic, and their form in generated code.
 
 `side` is what laws of |x| and laws with kinks are made of: SymPy's own `Abs` and `Piecewise` would bring
 delta functions into slopes, and branches into the loops over lanes.

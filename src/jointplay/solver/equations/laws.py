@@ -72,7 +72,7 @@ class Law(ForceLaw):
 
     @property
     def arguments(self) -> tuple[str, ...]:
-        """Letters of what its equations take, in order: its coefficients, and numbers of the joint."""
+        """Letters of the arguments of its equations, in order: its coefficients, and numbers of the joint."""
         return self.letters + self.joint
 
 
@@ -97,7 +97,7 @@ _kelvin_voigt = Law(
 
 
 def _power(u, K, n):
-    """K u^n, rounded off at u = 0, and what it stores."""
+    """K u^n, rounded off at u = 0, and its stored energy."""
     square = u**2 + ROUND**2
     return K * square ** ((n - 1) / 2) * u, K * square ** ((n + 1) / 2) / (n + 1)
 

@@ -123,16 +123,16 @@ class Parts:
 
     @cached_property
     def springs(self) -> tuple[Action, ...]:
-        """What the springs do."""
+        """Actions of the springs."""
         return tuple(springs.action(spring, self.c) for spring in self.structure.springs)
 
     @cached_property
     def loads(self) -> tuple[Action, ...]:
-        """What the loads do."""
+        """Actions of the loads."""
         return tuple(loads.action(load, self.c) for load in self.structure.loads)
 
     def _phases(self) -> Iterator[Angle]:
-        """Phases of what varies with time."""
+        """Phases of the courses that vary with time."""
         courses = (*(load.course for load in self.structure.loads), self.structure.course)
         yield from (loads.phase(course) for course in courses if course and course.timed)
 
@@ -147,7 +147,7 @@ class Parts:
         return law.torque(w, *map(number, law.letters)) if law.torque else Integer(0)
 
     def residual(self, freedom: Freedom) -> Expr:
-        """Inertia less applied forces on a freedom, contacts left out: what joints or a drive must supply."""
+        """Inertia less applied forces on a freedom, contacts left out: the force due to joints or a drive."""
         total = -self.force.get(freedom, Integer(0))
         for (k, m), entry in self.inertia.items():
             if freedom in (k, m):
@@ -155,7 +155,7 @@ class Parts:
         return total
 
     def _needed(self, freedom: Freedom) -> Expr:
-        """What ideal joints or a drive must supply on a freedom: its residual, and what contacts push."""
+        """Force that ideal joints or a drive must supply on a freedom: residual, and push of contacts."""
         total = self.residual(freedom)
         for name, (F_n, F_t) in self._tractions.items():
             g = self.joints[name]
@@ -164,7 +164,7 @@ class Parts:
 
     @cached_property
     def _tractions(self) -> dict[str, Vector]:
-        """Normal and tangential force of the joints with play; of a rigid one what holds the journal."""
+        """Normal and tangential force of the joints with play; of a rigid one the holding force."""
         found = {contact.name: traction(contact) for contact in self.contacts}
         rigid = self.structure.rigid_joints
         return found | {joint.name: play.held(joint, self.joints[joint.name], rigid) for joint in rigid}
@@ -196,7 +196,7 @@ class Parts:
         return Vectors(self.structure, self.c, joint)
 
     def _powers(self, outputs: dict[str, Expr]) -> dict[str, Expr]:
-        """Powers whose integrals close the energy balance: drive; what joints and elastic links take in."""
+        """Powers whose integrals close the energy balance: drive, joints, elastic links, springs, loads."""
         joints = Integer(0)
         for joint in self.structure.joints:
             joints += outputs[f"normal_force:{joint.name}"] * outputs[f"normal_velocity:{joint.name}"]
@@ -281,7 +281,7 @@ class Parts:
                 yield f"modal_load:{beam.link}_{mode[1]}", load
 
     def _drive_torque(self) -> Expr:
-        """The motor's law, or what a prescribed speed costs."""
+        """The torque of the motor's law, or the torque that a prescribed speed costs."""
         c, driven = self.c, self.structure.driven
         if not DRIVES[self.structure.drive].imposed:
             return self._law_torque
@@ -299,7 +299,7 @@ class Parts:
         yield from ((cut.name, F) for cut, F in self._cut_joints if isinstance(cut, Closure))
 
     def _slides(self, forces: dict[str, Vector]) -> Iterator[tuple[str, Expr]]:
-        """Where sliding links are and how fast, and the moments on their guides about the journal's point."""
+        """Positions and speeds of sliding links, and moments on their guides about the journal's point."""
         c, cut = self.c, {one.name: F for one, F in self._cut_joints}
         closing = [(self._vectors(closure), cut[closure.name]) for closure in self.structure.closures]
         for slide in self.structure.slides:

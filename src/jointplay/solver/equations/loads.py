@@ -55,7 +55,7 @@ def _harmonics(course: Course, c: Coordinates) -> Iterator[tuple[int, Expr, Expr
 
 
 def action(load: Load, c: Coordinates) -> Action:
-    """What a load does."""
+    """Action of a load."""
     name, f = load.course.name, value(load.course, c)
     if load.span is None:
         return Action(f, {load.link: Integer(1)}, power=f * c.speed[load.link])

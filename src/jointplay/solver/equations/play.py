@@ -1,4 +1,4 @@
-"""A joint with play in the equations: laws of contact and friction, or impacts, and what is recorded."""
+"""A joint with play in the equations: laws of contact and friction, or impacts, and recorded quantities."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -15,7 +15,7 @@ from .system import Contact, Reset, number, rubbing, traction
 
 
 def definitions(joints: Iterable[Geometry]) -> tuple[tuple[Symbol, Expr], ...]:
-    """What the geometries define, each once: the corners of a slider share some."""
+    """Definitions of the geometries, each once: the corners of a slider share some."""
     return tuple(dict.fromkeys(each for g in joints for each in g.definitions))
 
 
@@ -78,7 +78,7 @@ def _drift(g: Geometry, c: Coordinates) -> Expr:
 
 
 def held(joint: Clearance, g: Geometry, walls: Iterable[Clearance]) -> tuple[Expr, Expr]:
-    """Push and friction of a rigid joint: of what the corners of one face rub, its share of their load."""
+    """Push and friction of a rigid joint; corners of one face divide their friction by their loads."""
     push = -traction(joint)[1] * g.steep
     if joint.friction not in FRICTIONS:
         return push, Integer(0)
@@ -92,7 +92,7 @@ def held(joint: Clearance, g: Geometry, walls: Iterable[Clearance]) -> tuple[Exp
 def outputs(
     joint: Clearance, g: Geometry, force: tuple[Expr, Expr], stored: Expr
 ) -> Iterator[tuple[str, Expr]]:
-    """What is recorded of a joint with play, as word:label."""
+    """Recorded quantities of a joint with play, as word:label."""
     name = joint.name
     yield f"journal_x:{name}", g.r[0]
     yield f"journal_y:{name}", g.r[1]

@@ -1,4 +1,4 @@
-"""Numbers of a law of force, and what laws of the normal force and of friction say of themselves alike."""
+"""Numbers of a law of force, and the common description of laws of the normal force and of friction."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -39,7 +39,7 @@ class Quantity:
 
 @dataclass(frozen=True, kw_only=True)
 class ForceLaw:
-    """What laws of the normal force and of friction have in common.
+    """Common base of laws of the normal force and of friction.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ TINY = Float(1e-200)
 
 @dataclass(frozen=True)
 class Action:
-    """What acts on a linkage: `amount` times `column` on the freedoms, `pulls` on the bodies of links.
+    """An action on a linkage: `amount` times `column` on the freedoms, `pulls` on the bodies of links.
 
     `energy` is what it stores, `lost` the power that it takes in, `power` the power that it brings.
     """
@@ -36,7 +36,7 @@ class Action:
 
 
 def action(spring: Spring, c: Coordinates) -> Action:
-    """What a spring does."""
+    """Action of a spring."""
     name, pulls = spring.span.name, ()
     if spring.twists:
         signs = dict(zip(spring.links, (1, -1), strict=True))

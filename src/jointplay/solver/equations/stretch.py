@@ -1,4 +1,4 @@
-"""Elastic links that stretch: modes along the link, u(x, t) = sum_a psi_a(x) zeta_a(t), beside those across.
+"""Elastic links that stretch: modes along the link, u(x, t) = sum_a psi_a(x) zeta_a(t), besides bending ones.
 
 Reference: virtual work with the point of the link at P_j + (x + u) e_j + y n_j (y: equations.beam), exact in
 this kinematics; stiffness is linear, that of a bar. psi_a(0) = 0, int rho A psi_a psi_b = delta_ab. With
@@ -68,7 +68,7 @@ def inertia(beam: Beam, c: Coordinates, origin: Origin) -> Iterator[tuple[Freedo
 def force(
     beam: Beam, c: Coordinates, origin: Origin, sway: tuple[Expr, Expr], weight: tuple[Expr, Expr]
 ) -> Iterator[tuple[Freedom, Expr]]:
-    """Forces on the modes along, and what they add to the other freedoms.
+    """Forces on the modes along, and their contributions to the other freedoms.
 
     `sway` is the part of the origin's acceleration that needs none of a freedom's, `weight` gravity against
     its direction, both along n_j and along e_j.

@@ -17,7 +17,7 @@ CORNERS = {"upper_front": (1, 1), "upper_rear": (-1, 1), "lower_front": (1, -1),
 
 @dataclass(frozen=True)
 class Clearance:
-    """A joint with play: who carries journal and bearing ("ground" if nobody moves), what its vector r holds.
+    """A joint with play: the links of journal and bearing ("ground" if fixed), and the terms of its vector r.
 
     `arms` are the links whose e_k enters r = const + sum_k D_k e_k; `bases` the floating chains whose base
     point enters, as (chain, sign). `ends` are the ends ("start", "end") at which journal and bearing sit.
@@ -44,7 +44,7 @@ class Clearance:
 
     @property
     def face(self) -> str:
-        """What the corners on one face of a guide have in common; nothing of a bearing."""
+        """Common name of the corners on one face of a guide; empty of a bearing."""
         return f"{self.owner} {self.corner[1]}" if self.corner else ""
 
     @property
@@ -76,7 +76,7 @@ class Clearance:
 
 @dataclass(frozen=True)
 class Beam:
-    """An elastic link: how many modes, and which links (`arms`) or floating chain move its origin.
+    """An elastic link: its number of modes, and the links (`arms`) or floating chain that move its origin.
 
     `modes` are those across; `axial` more stretch it, and move its far end along (equations.stretch).
     """
@@ -188,7 +188,7 @@ class Load:
 
 @dataclass(frozen=True)
 class Linkage:
-    """Links, the pairs coupled in the mass matrix, floating chains, joints, drive, and what is recorded.
+    """Links, the pairs coupled in the mass matrix, floating chains, joints, drive, and recorded quantities.
 
     `driven` is the crank; `drive` says how, a key of `equations.drives.DRIVES`; `course` is its own, if
     prescribed, and `fed` what a servo feeds forward: names and expressions, the torque's name empty.
@@ -231,13 +231,13 @@ class Linkage:
 
     @property
     def loops(self) -> tuple[tuple[Closure, ...], ...]:
-        """Closures by what they determine together: one of a dyad, several of a larger group."""
+        """Groups of closures that determine unknowns together: one of a dyad, several of a larger group."""
         found = dict.fromkeys(closure.unknowns for closure in self.closures)
         return tuple(tuple(each for each in self.closures if each.unknowns == led) for led in found)
 
     @property
     def guessed(self) -> tuple[str | tuple[None, str], ...]:
-        """Angles and slides of larger groups, which remember near what they are."""
+        """Angles and slides of larger groups, of which nearby values are remembered."""
         return tuple(unknown for loop in self.loops if len(loop) > 1 for unknown in loop[0].unknowns)
 
     @property
@@ -258,7 +258,7 @@ class Linkage:
         return tuple(f for f in range(len(self.floats)) if f not in led)
 
     def frame(self, link: str) -> str:
-        """The link with whose angle a link turns: itself, but for those on guides."""
+        """The link with whose angle a link turns: itself, except on guides."""
         return self._turning(link)[-1]
 
     def turns_with(self, link: str, other: str) -> bool:

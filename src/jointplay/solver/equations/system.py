@@ -86,7 +86,7 @@ class Contact:
 
     @property
     def pressed(self) -> Expr:
-        """What has the sign of the force, and is watched."""
+        """The watched expression with the sign of the force."""
         return self.F_n if self.push is None else self.push
 
 
@@ -122,7 +122,7 @@ class Reset:
 
 @dataclass(frozen=True)
 class Root:
-    """Unknowns that solve g = 0: whatever computes them, derivatives are those of the root, -J^-1 dg.
+    """Unknowns that solve g = 0: however computed, they have the root's derivatives, -J^-1 dg.
 
     `symbols` are computed from unknowns: each with the number of its own and the derivative by it.
     `residuals` are g with the stand-ins `held` in their place, which nothing moves; `inverse` is J^-1.

@@ -35,7 +35,7 @@ def _resume(row, n_x, x):
 
 @inner
 def again(flow, f, k, x, o, doubts, first):
-    """Follow each step in doubt; samples from number first[d] on are those within the step of doubt d.
+    """Follow each step in doubt; samples from number first[d] on are within the step of doubt d.
 
     The flow (flow.flow) comes as an address: joined to this loop, it would be compiled a second time.
     """

@@ -78,7 +78,7 @@ class Row(Code):
 
 
 class Status(Code):
-    """How a run ended: `meaning` says it in a sentence, and `remedy` what to try."""
+    """End of a run: its `meaning` in a sentence, and a `remedy` to try."""
 
     meaning: str
     remedy: str

@@ -1,4 +1,4 @@
-"""Kernels as numba compiles them: what is marked in their plain Python, by the words of .interface."""
+"""Kernels as numba compiles them: plain Python, by the marks and words of .interface."""
 
 from functools import cache
 from inspect import isfunction
@@ -45,7 +45,7 @@ class _RecordModel(models.PrimitiveModel):
 
 @cache
 def typed(what):
-    """What .interface says of an argument, in numba's words."""
+    """Type of an argument in numba's words, from the words of .interface."""
     if what is None:
         return types.none
     if isinstance(what, Array):
@@ -129,7 +129,7 @@ def _until(typing, o, end, h_max):
 
 
 class Compiler:
-    """Marked functions as functions of numba, each made once, with those that it calls.
+    """Marked functions as functions of numba, each made once, with the functions that it calls.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ class Compiler:
         return self._make(copy, POLICY | OPTIONS_OF[written.how])
 
     def _scope(self, names: dict) -> dict:
-        """Names as a module has them, with what is marked made."""
+        """Names as a module has them, with marked objects compiled."""
         if id(names) not in self._scopes:
             found = self._scopes[id(names)] = {}
             for name, value in names.items():

@@ -105,7 +105,7 @@ def shorter(real, h, error):
 
 @inner
 def learnt(kept, rejected, h, error):
-    """Length to keep for the next step after an event like this one, where a transient asks for a short one.
+    """Length to keep for the next step after an event like this one, where a transient needs a short one.
 
     The transient makes the error of low order. `kept` was learnt before; 0: nothing is kept.
     """
@@ -116,7 +116,7 @@ def learnt(kept, rejected, h, error):
 
 @inner
 def restarted(h, served, kept):
-    """Length of the first step after an event: what served last in the same variant, and what was learnt."""
+    """Length of the first step after an event: the last one in the same variant, at most the learnt one."""
     h = served if served > 0.0 else h
     return min(h, kept) if kept > 0.0 else h
 

@@ -1,4 +1,4 @@
-"""Doubtful steps: those whose recorded rates may be off are noted, and followed again in shorter ones.
+"""Doubtful steps: steps whose recorded rates may be off are noted, and followed again in shorter ones.
 
 They are followed each from its own beginning (again).
 """
@@ -40,7 +40,7 @@ def doubtful(k, x, o, h):
 
 @inner
 def doubt(k, x, o, end):
-    """Note a step that is doubtful: its base point, what guards fired there (a number to base 4), its end."""
+    """Note a step that is doubtful: its base point, the guards fired there (a number to base 4), its end."""
     fired, digit = 0.0, 1.0
     for g in range(len(x.fired)):
         fired += digit * x.fired[g]

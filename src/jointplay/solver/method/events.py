@@ -120,7 +120,7 @@ def start_of(w, at, g, side, fired, margin):
 
 @inlined
 def leaving(b, degree, side, level, stack):
-    """Where the polynomial with coefficients b first goes beyond a level; 2.0 if nowhere. b is spent."""
+    """First place where the polynomial with coefficients b is beyond a level; 2.0 if none. b is spent."""
     lowest = 0.0
     for i in range(degree + 1):
         b[i] -= level
@@ -182,7 +182,7 @@ def comes_back(fired, h, near):
 
 @inner
 def correction(b, degree, level):
-    """By how much of itself a step is to be longer, for what has the coefficients b to end at the level."""
+    """Fraction by which to lengthen a step for the polynomial with coefficients b to end at the level."""
     slope = degree * (b[degree] - b[degree - 1])
     return (level - b[degree]) / slope if slope != 0.0 else 0.0
 

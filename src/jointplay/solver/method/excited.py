@@ -1,4 +1,4 @@
-"""The longest step that follows what grows.
+"""The longest step that follows growing modes.
 
 The method is L-stable: of a mode with h |lambda| >> 1 it leaves nothing, also where the mode grows. So a step
 that is long for a vibration that friction excites, as where it falls with the sliding speed, keeps it from
@@ -113,7 +113,7 @@ def _sweep(A, at, n, low, end, total, product):
 
 @inner
 def _fit(gain, size, rate):
-    """Longest step for a mode of |lambda| = `size`; one that gains no more than `rate` asks for none."""
+    """Longest step for a mode of |lambda| = `size`; infinite for one that gains no more than `rate`."""
     if not gain > rate:
         return np.inf
     return min(SPAN, FAITHFUL * (HALF * gain / size) ** (1.0 / 12.0)) / size
@@ -171,7 +171,7 @@ def longest(A, weight, n_q, n, rate):
 
 @inner
 def look(f, k, x, o):
-    """Note the longest step that follows what grows about the attempt in k."""
+    """Note the longest step that follows growing modes about the attempt in k."""
     f.linearised(variant_of(x.modes), k.J, k.eigen)
     weight = k.weight[o.n_q :]
     x.real[FOLLOWED] = np.inf
@@ -181,7 +181,7 @@ def look(f, k, x, o):
 
 @inner
 def at_wall(f, guard, at, k, x, o):
-    """Look; in the place of what happens at walls (wall_flow), of which there are none."""
+    """Look for growing modes; stands in the place of wall_flow.at_wall where there are no walls."""
     look(f, k, x, o)
 
 

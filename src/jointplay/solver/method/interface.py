@@ -1,4 +1,4 @@
-"""How compiled code is written, what it takes, and what a structure's module must supply.
+"""Interface of compiled code: marks, types of arguments, and functions that a structure's module supplies.
 
 Functions here are plain Python, and stay so: a decorator marks how one is compiled (method.compiler), which
 happens elsewhere, to object code (codegen.cache). What a function takes is said in a few words of its own:
@@ -59,7 +59,7 @@ class Array(NamedTuple):
 
 
 class Signature(NamedTuple):
-    """A function: what it gives back (None: nothing), and what it takes."""
+    """A function: the type of its result (None: nothing), and types of its arguments."""
 
     gives: Any
     takes: tuple
@@ -86,12 +86,12 @@ class Record:
 
     @cached_property
     def fields(self) -> dict[str, Any]:
-        """What each field is, in order."""
+        """Type of each field, in order."""
         return {name: self._fields[name] for name in self.kind._fields}
 
     @cached_property
     def places(self) -> dict[str, int]:
-        """Where each field begins, in words of 64 bits; at the end, under an empty name, the size."""
+        """Offset of each field, in words of 64 bits; at the end, under an empty name, the size."""
         found, at = {}, 0
         for name, what in self.fields.items():
             found[name], at = at, at + (1 + what.axes if isinstance(what, Array) else 1)
@@ -241,7 +241,7 @@ def pointers(*modules, kind=Functions):
 
 
 def _marks(how):
-    """Make a decorator that says how a function is compiled."""
+    """Make a decorator that marks the form in which a function is compiled."""
 
     def mark(function):
         function.how = how
@@ -264,7 +264,7 @@ def until(o, end, h_max):
 
 
 def at_wall(f, guard, at, k, x, o):
-    """Do nothing, and never be called: what structures without rigid walls have for wall_flow.at_wall."""
+    """Do nothing, and never be called: stands for wall_flow.at_wall in structures without rigid walls."""
 
 
 at_wall.address = 0

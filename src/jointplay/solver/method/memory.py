@@ -78,7 +78,7 @@ class Work(NamedTuple):
 
 
 class Trajectory(NamedTuple):
-    """State of a run, its numbers, its controls, and what it has recorded."""
+    """State of a run, its numbers, its controls, and its records."""
 
     s: np.ndarray  # time, positions, speeds, sines, cosines
     p: np.ndarray  # parameters of the structure
@@ -138,7 +138,7 @@ def lane_rows(n: int) -> np.ndarray:
 
 
 def method_rows(n: int) -> int:
-    """Lane rows of the written-out algebra, before those of the structure: W, R, X, a row of squares, E."""
+    """Lane rows of the written-out algebra, before the structure's rows: W, R, X, a row of squares, E."""
     return 3 * n + 1 + n * n
 
 

@@ -1,4 +1,4 @@
-"""Contact modes: what each watches, what follows when a guard fires, and what sticks.
+"""Contact modes: the guards watched in each, the changes when a guard fires, and sticking.
 
 Per contact: free; released (gap still closed, force gone: laws that do not pull); slipping + or -;
 sticking; or just in contact (no Coulomb friction). Per rigid wall: free; or resting, where it is rough

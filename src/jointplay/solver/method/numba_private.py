@@ -1,4 +1,4 @@
-"""Parts of numba beside its documented interface that are used here; a release of numba may change any of it.
+"""Parts of numba outside its documented interface that are used here; a release may change any of it.
 
 Nothing else in the package reaches for these. tests/method/test_numba_private.py tells which one is gone;
 what then breaks, and what to do, is said here of each.
@@ -126,7 +126,7 @@ class Ahead:
 
 
 class _Target:
-    """What a dispatcher asks of its target."""
+    """Attributes that a dispatcher needs of its target."""
 
     options = cpu_target.options
 
@@ -139,7 +139,7 @@ class _Target:
 
 
 def _of_python(symbol) -> bool:
-    """Whether code with such a symbol needs an interpreter: it may raise an error, or asks for an object."""
+    """Whether code with such a symbol needs an interpreter: it may raise an error, or need an object."""
     named = any(word in symbol.name for word in (RAISES, "picklebuf", "numba.dynamic"))
     return named or symbol.name.startswith(("Py", "_Py", "NRT", "numba_"))
 
@@ -156,7 +156,7 @@ def _module(part):
 
 
 def _reached(library) -> list:
-    """A function's library and all whose functions it calls, callers first: what nobody calls is dropped."""
+    """A function's library and all whose functions it calls, callers first: uncalled ones are dropped."""
     found = {}
 
     def visit(each):

@@ -193,7 +193,7 @@ def differentiate(b, degree):
 
 @compiled
 def next_extremum(b, degree, place, side, end, stack):
-    """Where a quantity turns next after `place`, up to `end` (2.0: nowhere), and the degree that b has then.
+    """Next extremum of a quantity after `place`, up to `end` (2.0: none), and the degree that b has then.
 
     b is its derivative on [place, 1], which begins on the side `side`, and becomes that beyond the extremum.
     """

@@ -47,7 +47,7 @@ def collocation(c: np.ndarray) -> np.ndarray:
 
 
 def eigen(M: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues (the real one, then those with positive imaginary part) and all eigenvectors, polished."""
+    """Eigenvalues (the real one, then ones with positive imaginary part) and all eigenvectors, polished."""
     values, vectors = np.linalg.eig(M.astype(float))
     order = sorted(range(len(M)), key=lambda i: (abs(values[i].imag), values[i].imag < 0))
     values, vectors = values[order].astype(np.clongdouble), vectors[:, order].astype(np.clongdouble)

@@ -1,4 +1,4 @@
-"""Records of a run: samples at asked times; a log of steps, events, sections and closest approaches.
+"""Records of a run: samples at given times; a log of steps, events, sections and closest approaches.
 
 As a parameter changes, a closest approach in flight reaches zero and a new contact begins (grazing). They are
 extrema of the step's polynomial, found as its derivative's roots, so that none is stepped over.
@@ -37,7 +37,7 @@ def write(row, time, place, w, at, s, n_x, b, modes, gain, work):
 
 @inner
 def sample(samples, times, i, h, end, w, at, s, n_x, b, modes, gain, work):
-    """Asked times from number i on that lie within the step of length h, up to `end`; the next number."""
+    """Samples at given times from number i on within the step of length h, up to `end`; the next number."""
     while i < len(times) and times[i] <= end:
         write(samples[i], times[i], (times[i] - s[0]) / h, w, at, s, n_x, b, modes, gain, work)
         i += 1
@@ -46,7 +46,7 @@ def sample(samples, times, i, h, end, w, at, s, n_x, b, modes, gain, work):
 
 @inner
 def note(k, x, o, tag, contact, kind, time, place):
-    """Add a log row: what it is of, then the record."""
+    """Add a log row: its tag, contact and kind, then the record."""
     row, at, n_x = x.log[x.count[LOGGED]], 8 * (o.first + 1), o.n_q + o.n
     row[0], row[1], row[2] = tag, contact, kind
     write(row[COLUMNS:], time, place, k.w, at, x.s, n_x, k.b, x.modes, k.gain, x.work)

@@ -65,7 +65,7 @@ def _decide(w, guards, flags, modes, m):
 
 @inlined
 def _rates(f, k, x, o):
-    """Accelerations at the stage in k.w, in the modes that it decides itself; those before are the guess.
+    """Accelerations at the stage in k.w, in the modes that it decides itself, guessed from the present ones.
 
     In free flight there is no v_t: a second look gives it.
     """

@@ -1,4 +1,4 @@
-"""Sections: the states in which a motion passes a level of some quantity, beside the steps that it takes.
+"""Sections: the states in which a motion passes a level of some quantity, apart from the steps it takes.
 
 A crossing within a step is located as an event is, by a shorter step of the method itself; afterwards the
 whole step is brought back, so that looking does not change the motion. A level that moves on by a period at

@@ -157,7 +157,7 @@ def rest(w, size):
 
 @compiled
 def move(w, s, h, size):
-    """Increments of time and positions from those of the speeds."""
+    """Increments of time and positions from increments of the speeds."""
     n_q, first = size[0], size[2]
     time, state = 8 * first, 8 * (first + 1)
     for i in range(LANES):

@@ -58,7 +58,7 @@ def _text(name: str) -> str:
 
 
 def _constants(name: str) -> CodeType:
-    """What a text defines beside functions, and needs no import for."""
+    """Definitions of a text, apart from functions, that need no import."""
     if (kept := _kept(f"{name}.constants")) is not None:
         return kept
     tree = ast.parse(_text(name))
@@ -70,7 +70,7 @@ def _constants(name: str) -> CodeType:
 
 
 def _kept(file: str) -> Any:
-    """What was kept in a file; None where there is none, or what is sealed is none of this Python's."""
+    """Content kept in a file; None where there is none, or none that this Python can load."""
     if (data := place.read(file)) is None:
         return None
     try:
@@ -96,7 +96,7 @@ def _compiled(name: str, method: Callable) -> tuple[objects.Library, dict[str, s
 
 @cache
 def _address(name: str, method: Callable) -> int:
-    """Where a function of the method is that generated code calls by name."""
+    """Address of a function of the method that generated code calls by name."""
     module, _, function = name.rpartition(".")
     return getattr(method(module.removeprefix("jointplay.solver.method.")), function).address
 
@@ -142,7 +142,7 @@ class Function:
 
 
 class _Written(MetaPathFinder, InspectLoader):
-    """Finds and loads texts as modules of Python; their bytecode is kept beside them."""
+    """Finds and loads texts as modules of Python; their bytecode is kept with them."""
 
     def find_spec(self, fullname: str, path: object = None, target: object = None) -> ModuleSpec | None:
         package, _, name = fullname.rpartition(".")

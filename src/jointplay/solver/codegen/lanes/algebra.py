@@ -30,7 +30,7 @@ S = range(STAGES)
 
 
 def text(turning: Turning, contacts: int, jumps: int = 0, folds: int = 0, crank: int = 0) -> str:
-    """Source of the module: which positions turn, and is cut; how many contacts, jumps, loops (folds)."""
+    """Source of the module: turning positions, and the cut one; counts of contacts, jumps, loops (folds)."""
     N = range(len(turning))
     late, size = lanes(*fetch(len(N), LATE)), lanes(*_size(N, free(turning)))
     parts = {"predict": predict(N) + late, "factor": _factor(N), "solve": solve(N) + size}

@@ -1,4 +1,4 @@
-"""Error, guards and step control of eight trajectories: who may go on plainly, and how far next.
+"""Error, guards and step control of eight trajectories: lanes that may go on plainly, and next lengths.
 
     judge(w)     error, guards, section; which lanes may go on plainly
     settle(w)    the next length, and the new base point where a step is TAKEN
@@ -38,7 +38,7 @@ def judge(turning: Turning, contacts: int, jumps: int, folds: int, crank: int) -
 
 
 def _guard(g: int, touches: bool) -> list[str]:
-    """How low a guard goes at most beyond its level (method.lanes.guards), by Bernstein coefficients."""
+    """Lines that bound a guard's fall beyond its level (method.lanes.guards), by Bernstein coefficients."""
     j, place = divmod(g, 4)
     force = at(rows.GUARD, 4 * j + FORCE)
     margin = f"{at(rows.CONE, j)} * abs({force})" if place == CONE else at(rows.MARGIN, g)
@@ -56,7 +56,7 @@ def _guard(g: int, touches: bool) -> list[str]:
 
 
 def _values(g: int) -> tuple[list[str], list[str]]:
-    """Names of what is watched, at the base point and at the stages; the lines that load it."""
+    """Names of the watched value, at the base point and at the stages; the lines that load it."""
     names = [f"v{j}" for j in range(STAGES + 1)]
     places = [at(rows.GUARD, g), *(at(rows.WATCHES, rows.GUARDS * n + g) for n in S)]
     return names, [f"{name} = {place}" for name, place in zip(names, places, strict=True)]
@@ -75,7 +75,7 @@ def _dead_centre(g: int) -> list[str]:
 
 
 def _approach(touches: bool) -> list[str]:
-    """Whether the gap may have a closest approach asked for."""
+    """Lines that find whether the gap may have a closest approach."""
     slopes = [f"b{n + 1} - b{n}" for n in range(STAGES)]
     return [
         f"passes = 1.0 if min({_nested('max', slopes)}, - {_nested('min', slopes)}) > 0.0 else 0.0",
@@ -138,7 +138,7 @@ def _largest(row: int, turning: Turning) -> str:
 
 
 def _ahead(crank: int) -> list[str]:
-    """How far beyond the section's level the crank's angle, or a phase, comes at any stage."""
+    """Lines for the largest advance of the crank's angle, or a phase, beyond the section's level."""
     lines = ["most = -1e300"]
     for j in S:
         lines.append(f"x = {moved(j, crank, at(rows.SPEED, crank))}")

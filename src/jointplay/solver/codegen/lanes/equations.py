@@ -75,7 +75,7 @@ class Writer:
         self.sticking = [j for j, contact in enumerate(system.contacts) if contact.sticks]
 
     def body(self, name: str, program: Program, stores: dict[int, str], j: int | None = None) -> str:
-        """A function that stores in rows what stands for it: of the point X, Y, or of stage j.
+        """A function that stores values in rows: of the point X, Y, or of stage j.
 
         What is `held_` is of lanes where a contact sticks: others keep what is there.
         """
@@ -90,7 +90,7 @@ class Writer:
         return _inner(name, lanes(*lines))
 
     def _hoisted(self, program: Program) -> tuple[Program, list[str]]:
-        """The program without what parameters alone make, and the lines that load this."""
+        """The program without values of parameters alone, and the lines that load these."""
         parameters, known, rest = {*self.system.parameters}, {}, []
         for symbol, value in program:
             closed = value.xreplace(known)
@@ -129,7 +129,7 @@ class Writer:
         return function("prepare", lanes(*(lines or ["pass"])))
 
     def _stuck(self) -> str:
-        """How many contacts stick in a lane."""
+        """Text for the number of contacts that stick in a lane."""
         return " + ".join(at(rows.MASK, 3 * j + 2) for j in self.sticking)
 
     def sticks(self) -> str:
@@ -160,7 +160,7 @@ def _inner(name: str, lines: list[str]) -> str:
 
 
 def _named(row: int, k: int) -> str:
-    """Name of what would be in a row, where it need not be stored."""
+    """Name of a row's value, where it need not be stored."""
     return f"row_{row + k}"
 
 
@@ -170,7 +170,7 @@ def _slipped(system: System) -> list[Symbol]:
 
 
 def _rates(writer: Writer, dynamics: Dynamics, gaps: dict[int, Expr]) -> list[str]:
-    """Accelerations and guards (codegen.module.guards), `gaps` those of jumps: at a point, at each stage."""
+    """Accelerations and guards (codegen.module.guards), `gaps` of jumps: at a point, at each stage."""
     watched = dict(gaps)
     watched |= {rows.FOLD + k: fold for k, fold in enumerate(dynamics.system.folds)}
     for j, contact in enumerate(dynamics.system.contacts):

@@ -1,4 +1,4 @@
-"""A tangent beside each of eight trajectories: its linear collocation equations, written out.
+"""A tangent with each of eight trajectories: its linear collocation equations, written out.
 
     start(w)      the tangent's stages predicted; ACTIVE: its step may be accepted
     point(w, j)   the point of stage j, of the step
@@ -178,7 +178,7 @@ def _judge(N: range) -> list[str]:
 
 
 def _settle(N: range) -> list[str]:
-    """The tangent at the step's end, and LATER by its rate; what is DUE: see method.lanes.tangent."""
+    """Lines for the tangent at the step's end, and LATER by its rate; for DUE, see method.lanes.tangent."""
     lines = [*_tangent(N), f"taken, later, keep = {at(rows.TAKEN)}, {at(rows.LATER)}, {at(rows.KEEP)}"]
     lines += [f"q{k} = d{k} + {moved(END - 1, k, f'v{k}', TANGENT)}" for k in N]
     lines += [f"z{k} = v{k} + {stage(rows.D_Z, END - 1, k)}" for k in N]

@@ -63,7 +63,7 @@ def choose(place: str, value: str, condition: str) -> list[str]:
 
 
 def rotation(s: str, c: str, k: int, d: str, phase: bool) -> list[str]:
-    """Sine and cosine of angle k beside the base point's, by `d`; a phase turns farther in a step."""
+    """Sine and cosine of angle k from the base point's, by `d`; a phase turns farther in a step."""
     sine, cosine = (source.SIN, source.COS) if phase else (SIN, COS)
     return [
         f"d = {d}",
@@ -91,7 +91,7 @@ def fetch(n: int, j: int, place: Callable[[int, int], str] = at) -> list[str]:
 
 
 def function(name: str, lines: list[str], head: str = "@compiled", arguments: str = "w") -> str:
-    """A function that the loop calls; each of its loops over lanes is a function of its own beside it."""
+    """A function that the loop calls; each of its loops over lanes is a function of its own."""
     loops, body = [], []
     for line in lines:
         indent = line[: len(line) - len(line.lstrip())]

@@ -104,7 +104,7 @@ class Cramer:
 
 
 def force(r: Vectors, needed: Mapping[Freedom, Expr]) -> Vector:
-    """Force on the bearing of the cut joint, by what the two unknowns' equations need."""
+    """Force on the bearing of the cut joint, by the needs of the two unknowns' equations."""
     columns = r.columns()
     u, v = r.of.unknowns
     x, y = across(plus(scaled(needed[u], columns[v]), columns[u], -needed[v]))

@@ -77,7 +77,7 @@ def values_of(u: Freedom, c: Coordinates) -> tuple[Expr, ...]:
 
 
 def remember(closures: tuple[Closure, ...], c: Coordinates) -> None:
-    """Add the rates of what a group remembers; a dyad remembers nothing."""
+    """Add the rates of a group's memories; a dyad has none."""
     for u in closures[0].unknowns if len(closures) > 1 else ():
         values, w = values_of(u, c), c.speed[u]
         rates = (-values[1] * w, values[0] * w) if isinstance(u, str) else (w,)

@@ -1,4 +1,4 @@
-"""Ideal loops and slides: what follows from the free coordinates, group by group.
+"""Ideal loops and slides: the coordinates that follow from the free ones, group by group.
 
 Reference: a loop cut at a revolute joint closes if the vector from bearing to journal vanishes,
 
@@ -98,7 +98,7 @@ def _motion(loop: list[Vectors], c: Coordinates) -> None:
 
 
 def watched(structure: Linkage, c: Coordinates) -> Expr:
-    """Nothing, and no number where a dyad does not close: of an imposed motion no other rate would tell."""
+    """Nothing, or no number where a dyad does not close: no other rate of an imposed motion shows it."""
     alone = DRIVES[structure.drive].imposed and not structure.joints and not structure.beams
     folds = [Symbol(f"fold_{loop[0].name}", real=True) for loop in structure.loops if len(loop) == 1]
     seen = Symbol("closes", real=True)
@@ -109,7 +109,7 @@ def watched(structure: Linkage, c: Coordinates) -> Expr:
 
 
 def closing_forces(loop: list[Vectors], needed: dict[Freedom, Expr]) -> list[Vector]:
-    """Forces on the bearings of cut joints, by what their unknowns' equations need."""
+    """Forces on the bearings of cut joints, by the needs of their unknowns' equations."""
     return groups.forces(loop, needed) if len(loop) > 1 else [dyads.force(*loop, needed)]
 
 
@@ -120,7 +120,7 @@ def moment(
     needed: Callable[[Freedom], Expr],
     closing: list[tuple[Vectors, Vector]],
 ) -> Expr:
-    """Moment that a guide must give to its link, about the base: what turning it with all it carries needs.
+    """Moment that a guide must give to its link, about the base, to turn it with all it carries.
 
     `needed` is what joints must supply on each freedom, `closing` are the closures with their forces.
     """

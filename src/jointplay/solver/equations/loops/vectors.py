@@ -58,7 +58,7 @@ class Vectors:
         return scaled(sign * self.c.position[slide.freedom], self.c.e(slide.freedom))
 
     def value(self, without: tuple[Freedom, ...] = ()) -> Vector:
-        """The sum, without what some freedoms turn or shift."""
+        """The sum, without the parts that some freedoms turn or shift."""
         r = number(f"rx0_{self.of.name}"), number(f"ry0_{self.of.name}")
         for k in self.of.arms:
             r = plus(r, self._arm(k)) if self.structure.frame(k) not in without else r

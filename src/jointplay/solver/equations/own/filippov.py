@@ -38,7 +38,7 @@ def middle(rate: Expr, switches: tuple[Switch, ...]) -> Expr:
 def sliding(
     structure: Oscillator, i: int, guard: Expr, row: tuple[Expr, ...], rates: tuple[Expr, ...]
 ) -> Contact:
-    """The i-th switch of a structure, by its guard, the guard's slopes, and the rates of what is no position.
+    """The i-th switch of a structure, by its guard, the guard's slopes, and the rates of all but positions.
 
     Raises
     ------

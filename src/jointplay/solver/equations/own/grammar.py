@@ -64,7 +64,7 @@ class Tree(NamedTuple):
         return bool(level)
 
     def made_of(self, names: Mapping[str, Any], functions: Mapping[str, Callable], number: Callable) -> Any:
-        """What the tree is, of given names, functions and maker of numbers."""
+        """The tree as an object, made of given names, functions and maker of numbers."""
         if self.operation == "number":
             return number(self.value)
         if self.operation == "name":
@@ -93,7 +93,7 @@ class Size(NamedTuple):
 
 @lru_cache(maxsize=4096)
 def size(text: str) -> Size:
-    """Give the size of an expression: what it takes to write down the equations, whatever they are."""
+    """Give the size of an expression: of its value and of its slopes, written out as equations."""
     return _size(parse(text))
 
 
@@ -139,7 +139,7 @@ def _compared(parts: list[Size]) -> Size:
 
 
 def too_large(text: str, bends: bool = False) -> str:
-    """Say what is accepted instead of an expression whose equations would be endless; empty if they are not.
+    """Describe the accepted expressions instead of one with endless equations; empty if they are not.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def constants_finite(text: str) -> bool:
 
 
 def _constant(tree: Tree) -> float | None:
-    """The value of a tree of numbers; None of one with names, whose parts have been looked at."""
+    """The value of a tree of numbers; None of one with names, whose parts have been checked."""
     if not tree.parts:
         return None if tree.names else float(CONSTANTS.get(tree.value, tree.value))
     parts = [_constant(part) for part in tree.parts]
@@ -247,7 +247,7 @@ def number(text: str, names: Mapping[str, float]) -> float:
 
 
 class _Reader:
-    """Reads a text token by token; `kind` and `token` are those at hand."""
+    """Reads a text token by token; `kind` and `token` are the current ones."""
 
     def __init__(self, text: str) -> None:
         self.text, self.end = text, 0

@@ -108,7 +108,7 @@ class _Printer(StrPrinter):
 
 
 def as_text(expr: Expr) -> str:
-    """An expression of SymPy as text of the grammar; what that lacks is refused where the text is read."""
+    """An expression of SymPy as text of the grammar; anything else is refused where the text is read."""
     return _Printer({"order": "none"}).doprint(expr)
 
 
@@ -166,11 +166,11 @@ class _Writer:
         )
 
     def moving(self, text: str, **more: Expr) -> Expr:
-        """What holds along a motion; `more` are further names."""
+        """An expression that holds along a motion; `more` are further names."""
         return self._made(text, more, self._located)
 
     def at_once(self, text: str, **more: Expr) -> Expr:
-        """What holds at one instant."""
+        """An expression that holds at one instant."""
         return self._made(text, more, side)
 
     def _made(self, text: str, more: Mapping[str, Expr], sign: Callable[[Expr], Expr]) -> Expr:

@@ -20,7 +20,7 @@ class Wall:
 
 @dataclass(frozen=True)
 class Trigger:
-    """Where `guard` falls through zero, states take new values."""
+    """A trigger: where `guard` falls through zero, states take new values."""
 
     name: str
     guard: str
@@ -63,7 +63,7 @@ class Switch:
 
 @dataclass(frozen=True)
 class Oscillator:
-    """A system of first and second order: rates of `speeds`, the first of which are those of `positions`.
+    """A system of first and second order: rates of `speeds`, the first of which belong to `positions`.
 
     `mass` has entries (i, j, text), j <= i; `period` is that of the forcing. `section` names a quantity whose
     level crossings are wanted: a state, an output, or the phase of the forcing.

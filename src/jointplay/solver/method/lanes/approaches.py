@@ -1,4 +1,4 @@
-"""Closest approaches of the lanes of an ensemble, compiled only where they are asked for.
+"""Closest approaches of the lanes of an ensemble, compiled only where they are recorded.
 
 As method.record for one trajectory.
 """

@@ -85,7 +85,7 @@ def begin(k, i, h):
 
 @inner
 def _shorten(k, j, i, h, found):
-    """Try again with length h, what was found is counted."""
+    """Try again with length h, and count the rejection or failure."""
     w, job = k.w, k.whole[8 * rows.JOB + i]
     j.count[job, rows.C_REJECTED if found == REJECTED else rows.C_FAILED] += 1
     k.whole[8 * rows.PHASE + i] = STEPPING
@@ -225,7 +225,7 @@ def _crossed(k, j, i):
 
 @inner
 def _copy(source, to, i):
-    """What settling a step needs of it."""
+    """Copy the rows of a lane that settling a step needs."""
     for r in (rows.H, rows.ERROR, rows.WAS_JOINED, rows.PASSES):
         to[8 * r + i] = source[8 * r + i]
     for first_row, end in ((rows.X, rows.JACOBIAN), (rows.Z, rows.W), (rows.WATCHES, rows.STEP_END)):

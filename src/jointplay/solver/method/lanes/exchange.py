@@ -11,7 +11,7 @@ from .record import note, record
 
 @inner
 def _first_memory(k):
-    """Where the memories are in a trajectory's state, which has no phases: behind positions and speeds."""
+    """Index of the memories in a trajectory's state, which has no phases: behind positions and speeds."""
     return 1 + k.n_q + k.n - k.phases
 
 
@@ -70,7 +70,7 @@ def scatter(k, i):
 
 @inner
 def settings(real):
-    """What method.walls.walls asks of a run's options."""
+    """Options of a run that method.walls.walls needs."""
     return rows.Settings(real[rows.J_NEAR], real[rows.J_REST], real[rows.J_HOP], real[rows.J_PLAY])
 
 
@@ -105,7 +105,7 @@ def begin_event(f, k, j, i):
 
 @inlined
 def end_event(k, j, i, c, kind):
-    """Scatter what has changed of a lane at contact c, and start anew."""
+    """Scatter the changes of a lane at contact c, and start anew."""
     if j.whole[k.whole[8 * rows.JOB + i], rows.J_EVENTS]:
         row = j.log[j.place[rows.LOGGED] - 1]
         row[2], row[3] = c, kind

@@ -13,7 +13,7 @@ from .radau import NODES, STAGES, TO_BERNSTEIN, A
 
 @inner
 def coefficients(w, at, start, i, b):
-    """Bernstein coefficients of what is `start` at the base, and at w[at] at the first stage."""
+    """Bernstein coefficients of a value that is `start` at the base, and at w[at] at the first stage."""
     for n in range(STAGES + 1):
         b[n] = TO_BERNSTEIN[n, 0] * start
         for s in range(STAGES):

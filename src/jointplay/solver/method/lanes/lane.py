@@ -16,7 +16,7 @@ from .record import record
 
 @spliced
 def _start(f, k, j, i):
-    """The mode that belongs to the initial state; what rests on a wall steps aside."""
+    """Set the mode that belongs to the initial state; a trajectory that rests on a wall goes aside."""
     w = k.w
     for r in range(k.n):
         if k.turning[r] != 0.0:

@@ -46,7 +46,7 @@ def sparse_dot(w, to, numbers, pairs, begin, end):
 
 @instruction
 def subtract_products(w, to, pairs, begin, end):
-    """Complex row at w[to] less the products of those at w[a] and w[b] over (a, b) in pairs[begin:end]."""
+    """Complex row at w[to] less the products of rows w[a] and w[b] over (a, b) in pairs[begin:end]."""
     total = _number(w, to)
     for o in range(begin, end, 2):
         total = total - _number(w, pairs[o]) * _number(w, pairs[o + 1])
@@ -62,7 +62,7 @@ def complex_multiply(w, to, a):
 
 @instruction
 def complex_fma(w, to, a, b):
-    """Complex row at w[to] plus the product of those at w[a] and w[b]."""
+    """Complex row at w[to] plus the product of the rows at w[a] and w[b]."""
     total = _number(w, to) + _number(w, a) * _number(w, b)
     w[to : to + 4], w[to + 4 : to + 8] = total.real, total.imag
 

@@ -1,4 +1,4 @@
-"""An ensemble, one trajectory in each of eight lanes: where their numbers lie, and what a run holds.
+"""An ensemble, one trajectory in each of eight lanes: places of their numbers, and arrays of a run.
 
 Row r of the one buffer `w` is w[8 r : 8 r + 8], a number of each of eight trajectories. Blocks are as long as
 the largest structure needs, so that places are constants; a structure takes the beginning of each. Positions
@@ -23,7 +23,7 @@ UPDATES = 3  # of Newton's iteration in one attempt
 
 
 def _blocks(first: int, count: int, size: int = 1) -> range:
-    """First rows of so many blocks of one size, and of what follows them."""
+    """First rows of so many blocks of one size, and the row that follows them."""
     return range(first, first + count * size + 1, size)
 
 
@@ -149,7 +149,7 @@ T_EVENT, H_START, LENGTH, DELTA, LEVEL, LANE_REALS = 0, 1, 3, 4, 5, 6
 
 
 class Settings(NamedTuple):
-    """What method.walls.walls asks of the options of a run (method.memory.Options)."""
+    """Options of a run (method.memory.Options) that method.walls.walls needs."""
 
     near: float
     rest: float
@@ -158,7 +158,7 @@ class Settings(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """State of eight lanes beside `w`, and scratch; numbers of positions, of memories, of contacts.
+    """State of eight lanes besides `w`, and scratch; numbers of positions, of memories, of contacts.
 
     The first positions are `phases`, and the last ones have no place in the structure's own state, which has
     `n_q`; sections cut the position `crank`. Contacts are those of the structure (of which there are flags),

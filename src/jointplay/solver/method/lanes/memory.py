@@ -1,4 +1,4 @@
-"""What a run over an ensemble holds, allocated; and the types of that, with which its parts are compiled."""
+"""Arrays of a run over an ensemble, allocated; and their types, with which its parts are compiled."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ ROOM = 8 * (3 * CONTACTS + 2)  # log rows that one pass may need: in each lane a
 def jobs(
     states: np.ndarray, numbers: np.ndarray, real: np.ndarray, whole: np.ndarray, contacts: int, log: int
 ) -> rows.Jobs:
-    """Trajectories that wait: their states, parameters, and what each is asked for (layout)."""
+    """Waiting trajectories: their states, parameters, and requests (layout)."""
     n, record = len(states), 1 + states.shape[1] + contacts
     return rows.Jobs(
         state=np.ascontiguousarray(states),
@@ -82,7 +82,7 @@ PARTS = Record(rows.Parts, dict.fromkeys(rows.Parts._fields, PART))
 
 
 def nothing(f, k, j, i):
-    """Do nothing, and never be called: in the place of a part that is not asked for."""
+    """Do nothing, and never be called: in the place of a part that is not needed."""
 
 
 nothing.address = 0

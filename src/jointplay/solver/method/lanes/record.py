@@ -25,7 +25,7 @@ def record(k, i, row):
 
 @inner
 def _lasting(k, i, row):
-    """What stays the same between events: memories and modes."""
+    """Write the values that stay the same between events: memories and modes."""
     at = 1 + 2 * k.n
     for r in range(k.memories):
         row[at + r] = k.w[8 * (rows.MEMORY + r) + i]

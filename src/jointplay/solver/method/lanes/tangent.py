@@ -1,4 +1,4 @@
-"""A tangent beside each trajectory of an ensemble: in its lane, through events, with its growth recorded.
+"""A tangent with each trajectory of an ensemble: in its lane, through events, with its growth recorded.
 
 Within a step as method.tangents.tangent has it, in lanes (codegen.lanes.tangent). A lane carries one tangent;
 the rate F of the state itself, which the motion has anyway, takes the part of the frame's first. What of the
@@ -115,7 +115,7 @@ def base_slopes(g, v, w):
 
 @inner
 def before_event(f, v, k, y, i):
-    """Note what the jump at an event needs of the side before it."""
+    """Note the values before an event that the jump of the tangent needs."""
     w, guard = k.w, k.whole[8 * rows.AT + i]
     gather(f, k, i)
     for r in range(k.n if w[8 * rows.TAKEN + i] == 0.0 else 0):  # another event at the same place
@@ -175,7 +175,7 @@ def _length(k, i, position, speed):
 
 @inner
 def _across(k, y, i):
-    """What of the tangent does not lie along the rate, into `y.across`; its length. Twice, for rounding."""
+    """Write the tangent's part across the rate into `y.across`; its length. Twice, for rounding."""
     w, n, left = k.w, k.n, 0.0
     rate = _length(k, i, rows.SPEED, rows.ACCELERATION)
     for r in range(n):
@@ -208,7 +208,7 @@ def _replace(k, y, i, factor):
 
 @inner
 def renew(k, y, i):
-    """Record a row if one is due; where it hides the rest, take away what lies along the rate."""
+    """Record a row if one is due; remove the part along the rate where it hides the rest."""
     w, left = k.w, _across(k, y, i)
     length = log(left) if left > 0.0 else -np.inf
     if w[8 * rows.T + i] >= w[8 * rows.NEXT_ROW + i]:
@@ -223,7 +223,7 @@ def renew(k, y, i):
 
 @inner
 def _note(k, y, i, grown):
-    """A row as those of method.tangents.tangent, after the trajectory's number."""
+    """Add a row as of method.tangents.tangent, after the trajectory's number."""
     w, row = k.w, y.rows[y.count[0]]
     rate = _length(k, i, rows.SPEED, rows.ACCELERATION)
     row[0], row[1], row[2] = k.whole[8 * rows.JOB + i], w[8 * rows.T + i], w[8 * rows.TRACE + i]

@@ -1,4 +1,4 @@
-"""The loop over an ensemble with tangents: that of .flow, compiled only where tangents are asked for."""
+"""The loop over an ensemble with tangents: that of .flow, compiled only where tangents are carried."""
 
 import numpy as np
 

@@ -28,7 +28,7 @@ def _product(d, a, b, width, weight):
 
 @inner
 def _reduce(d, i, width, weight, alive):
-    """Take from vector i what lies along those before it; the lengths before and after."""
+    """Remove from vector i its parts along the vectors before it; the lengths before and after."""
     at = i * width
     whole = before = left = sqrt(_product(d, at, at, width, weight))
     for _ in range(2 if i > 0 else 0):

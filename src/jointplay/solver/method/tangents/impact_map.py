@@ -1,4 +1,4 @@
-"""Derivative of an impact on several walls, or with friction, where what each wall does stays as it is.
+"""Derivative of an impact on several walls, or with friction, while the action of each wall stays as it is.
 
 With z+ = z- + sum_a p_a w_a, w_a(t, q) the speeds that a unit impulse a adds, and g_a(t, q, z) the rate on
 which it acts, the impulses follow from g_a(z+) + s_a(z-) = 0: s = r g where a wall is met, else 0. So
@@ -132,7 +132,7 @@ def landing_map(f, g, k, x, o, y, j, several):
 
 @inner
 def _slides(k, x, o, i):
-    """What the i-th wall does, as the body slides there now; where it sticks to a guide, one corner holds."""
+    """Action of the i-th wall, as the body slides there now; where it sticks to a guide, one corner holds."""
     q, wall = k.impact, int(k.impact[WALL + i])
     if not rough(x, wall):
         return PUSHES
@@ -166,7 +166,7 @@ def _leads(f, k, x, o, y, members):
 
 @inner
 def _explicit(f, g, k, x, o, y, ways):
-    """Start y.D as at fixed impulses, and note the ways w_a; the state in x.s is that before the impact."""
+    """Start y.D as at fixed impulses, and note the vectors w_a; x.s is the state before the impact."""
     q, n_q, n, walls = k.impact, o.n_q, o.n, len(x.modes) - len(x.flags)
     width, columns, turned = 1 + n_q + n, len(y.gradient), y.room[: len(y.D)]
     work = work_place(y, n_q, n)
@@ -203,7 +203,7 @@ def _explicit(f, g, k, x, o, y, ways):
 
 @inner
 def _implicit(q, y, c, right, ways, columns, members, n_q, n):
-    """Add to column c of y.D what the impulses change."""
+    """Add the changes by the impulses to column c of y.D."""
     rows, work = 0, work_place(y, n_q, n)
     at, step = _column(y, c, n_q, n)
     n_unknown = equations(q, members)

@@ -1,4 +1,4 @@
-"""Saltation: how tangents jump at an event.
+"""Saltation: the jump of tangents at an event.
 
 The guard's gradient says how much earlier or later a neighbour meets it, and for that time it moves at the
 other side's rate:
@@ -56,7 +56,7 @@ def _wall_of(x, guard):
 
 @inner
 def before_event(f, g, variant, x, o, y, guard):
-    """Note what the jump at an event needs of the side before it."""
+    """Note the values before an event that the jump of the tangents needs."""
     f.trig(x.s, x.p)
     for r in range(len(x.s)):
         y.state[r] = x.s[r]
@@ -124,7 +124,7 @@ def jump(f, g, k, x, o, y, guard):
 
 @inner
 def begin_tangents(f, g, x, o, y):
-    """Take from the tangents what neighbours of a start that sticks, or rests on a wall, lose at once."""
+    """Remove from the tangents the parts that neighbours of a sticking or resting start lose at once."""
     held = 0.0
     for j in range(len(x.flags)):
         if x.modes[j] == STICK:
@@ -135,7 +135,7 @@ def begin_tangents(f, g, x, o, y):
 
 @inner
 def _project_at_stick(f, g, x, o, y, j):
-    """What the onset of sticking of contact j makes of the tangents, from whichever side it comes."""
+    """Take the tangents through the onset of sticking of contact j, from either side."""
     n_x, x.modes[j] = o.n_q + o.n, SLIP_POSITIVE
     width, slope = 1 + n_x, 0.0
     rates(f, variant_of(x.modes), x, o, y, y.before)
@@ -155,7 +155,7 @@ def _project_at_stick(f, g, x, o, y, j):
 
 @inner
 def project_at_rest(f, g, x, o, y, held):
-    """Take from the tangents what lies across the walls on which a body rests.
+    """Remove from the tangents the parts across the walls on which a body rests.
 
     `held`: 1, where something has been taken already.
     """
@@ -219,7 +219,7 @@ def _powers(x, o, y, after):
 
 @inner
 def _add_works(y, i, delay):
-    """What the works of the i-th tangent gain as the event comes earlier."""
+    """Add the gain of the i-th tangent's works as the event comes earlier."""
     n_w = len(y.powers) // 2
     for m in range(n_w):
         y.works[i * n_w + m] += (y.powers[n_w + m] - y.powers[m]) * delay
@@ -248,7 +248,7 @@ def _add_drawn(y, i, drawn, delay, n_q, n):
 
 @inner
 def _through(y, d, n_q, n_x, slope, reset, saltation):
-    """Replace a tangent by what the jump makes of it; by how much it comes earlier to the event."""
+    """Take a tangent through a jump; the time by which it comes earlier to the event."""
     width, delay = 1 + n_x, 0.0
     if saltation > 0.0:
         for r in range(n_x):

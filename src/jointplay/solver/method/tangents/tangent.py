@@ -38,7 +38,7 @@ AHEAD = 4  # columns of a row before the logarithms: time, trace, volume, unreso
 
 
 class Tangents(NamedTuple):
-    """A frame of tangents, what it takes to carry it, and what it has recorded."""
+    """A frame of tangents, the arrays that carry it, and its records."""
 
     w: np.ndarray  # lane buffer: the structure's rows, then those of its derivatives
     kept: np.ndarray  # the frame before the piece
@@ -205,7 +205,7 @@ def rates(f, variant, x, o, y, out):
 
 @inner
 def along(y, n_x):
-    """Set the neutral direction to the rate in `y.after`; what once stood still is none any more."""
+    """Set the neutral direction to the rate in `y.after`; one that once stood still stays lost."""
     for r in range(n_x):
         y.d[1 + r] = y.after[r]
     y.logs[0] = 0.0 if y.alive[0] else float("-inf")
@@ -213,7 +213,7 @@ def along(y, n_x):
 
 @inlined
 def _estimate(f, g, variant, k, o, y, d, i, h, limit):
-    """Error of the i-th tangent d whose increments are in the lane buffer, in units of what is tolerated."""
+    """Error of the i-th tangent d whose increments are in the lane buffer, in units of the tolerance."""
     n_x, state = o.n_q + o.n, 8 * (o.first + 1)
     width, begin, end = 8 * n_x, 0.0, 0.0
     for r in range(n_x):
@@ -269,7 +269,7 @@ def _solve(f, g, variant, k, o, y, d, i, h):
 
 @inner
 def _by_volume(y, n_x, before, span):
-    """Where a whole frame's volume shrinks faster than steps resolve, it gives the last direction's growth.
+    """Take the last direction's growth from a whole frame's volume, where that shrinks too fast for steps.
 
     An implicit method takes a strongly damped direction to zero, but not at its true rate; that of the
     frame's volume is the trace's integral (Liouville). `before`: logarithm of a neutral direction's length

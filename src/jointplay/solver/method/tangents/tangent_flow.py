@@ -1,4 +1,4 @@
-"""The flow with tangents: the same loop as method.flow, compiled only where tangents are asked for."""
+"""The flow with tangents: the same loop as method.flow, compiled only where tangents are carried."""
 
 import numpy as np
 

@@ -97,7 +97,7 @@ def lay(f, j, k, x, o):
 
 @inner
 def laid(k):
-    """Whether the impulses in `Work.impact` are those of `lay`."""
+    """Whether the impulses in `Work.impact` were written by `lay`."""
     return k.impact[MEMBERS] > 0.0 and k.impact[SHARE] == 0.0
 
 
@@ -112,7 +112,7 @@ def plastic(k, wall):
 
 @inner
 def gather(f, j, k, x, near):
-    """Note wall j, those on which bodies rest, and those met within the time `near`; how many these are."""
+    """Note wall j, walls on which bodies rest, and walls met within the time `near`; their number."""
     members = 0
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     for i in range(len(x.modes) - len(x.flags)):
@@ -134,7 +134,7 @@ def _met(k, x, near, i):
 
 @inner
 def prepare(f, k, x, members):
-    """Write the rates before, what unit impulses add to them, and the rates that walls are to have."""
+    """Write the rates before an impact, their changes by unit impulses, and the wanted rates at walls."""
     q = k.impact
     q[MEMBERS], q[SHARE] = members, 1.0
     for r in range(len(x.s)):
@@ -155,26 +155,26 @@ def push(f, k, x, a):
 
 @inner
 def _rate(k, x, a):
-    """Rate of the gap, or sliding speed, of unknown a, as it was last looked at."""
+    """Rate of the gap, or sliding speed, of unknown a, by the last contact numbers."""
     return k.contact[_place(k, x, a)]
 
 
 @inner
 def _place(k, x, a):
-    """Place of that rate among what was looked at."""
+    """Place of rate a among the numbers of contacts."""
     walls = len(x.modes) - len(x.flags)
     return 6 * (len(x.flags) + int(k.impact[WALL + a // 2]) + (a % 2) * walls) + 2
 
 
 @inner
 def drive_share(k, x, a):
-    """Work of a drive that imposes a speed, per impulse of unknown a, as it was last looked at."""
+    """Work of a drive that imposes a speed, per impulse of unknown a, by the last contact numbers."""
     return k.contact[_place(k, x, a) + 1]
 
 
 @inner
 def _aim(f, i, k, x):
-    """What impulses on the i-th wall add to the rates, its friction, and the rate that it is to have."""
+    """Write the changes of the rates by impulses on the i-th wall, its friction, and its wanted rate."""
     q, first = k.impact, len(x.flags)
     wall, walls = int(q[WALL + i]), len(x.modes) - len(x.flags)
     members, has = int(q[MEMBERS]), rough(x, wall)
@@ -216,7 +216,7 @@ def _work(k, x, members):
 
 @inner
 def bring(f, j, k, x):
-    """Add up the work of bringing a body to rest on wall j as well as on those on which bodies rest already.
+    """Add up the work of bringing a body to rest on wall j as well as on walls on which bodies rest already.
 
     Nothing moves: it is put there by `walls.settle` and `walls.stay`.
     """
@@ -231,7 +231,7 @@ def bring(f, j, k, x):
 
 @inner
 def _apply(f, j, k, x, o, members):
-    """Note the impacts beside that on wall j; let the impulses act, which are work of joints and drive.
+    """Note the impacts besides that on wall j; let the impulses act, which are work of joints and drive.
 
     Where neighbours meet walls one after the other, or restitutions were lowered, there are no tangents.
     """

@@ -1,4 +1,4 @@
-"""Impulses of an impact on several walls at once, with friction: every choice of what they do is tried.
+"""Impulses of an impact on several walls at once, with friction: every choice of their actions is tried.
 
 With v_i the rate of gap i, t_i the sliding speed there, p_i and q_i the impulses along both, r the
 restitutions and f the friction coefficients,
@@ -96,7 +96,7 @@ def equations(q, members):
 
 @inner
 def choose(q, members, share):
-    """Impulses of the present choice, and by how much it contradicts itself, as a speed."""
+    """Impulses of the present choice, and the size of its contradiction, as a speed."""
     n = equations(q, members)
     c = 0
     for a in range(2 * members):

@@ -24,13 +24,13 @@ from .impacts import rough
 
 @inner
 def walls_of(x):
-    """Number of rigid walls; their modes follow those of the contacts."""
+    """Number of rigid walls; their modes follow the contacts' modes."""
     return len(x.modes) - len(x.flags)
 
 
 @inner
 def sliding(k, x, o, j):
-    """Mode of a body that rests on wall j as it slides, by what was last looked at."""
+    """Mode of a body that rests on wall j, by its present sliding speed."""
     if not rough(x, j):
         return RESTING
     v_t = k.contact[6 * (len(x.modes) + j) + 2]
@@ -48,7 +48,7 @@ def _together(x, j, mode, fired, margin):
 
 @inner
 def _holds(k, x, j):
-    """Whether what sticks to wall j, and others of its guide, is pressed there and rubs within the cone."""
+    """Whether a body that sticks to wall j, and others of its guide, is pressed within the friction cone."""
     push, friction = 0.0, 0.0
     for i in range(walls_of(x)):
         if x.group[i] == x.group[j] and x.modes[len(x.flags) + i] == STICK:
@@ -59,7 +59,7 @@ def _holds(k, x, j):
 
 @inner
 def grip(f, j, k, x, o):
-    """Decide how a body slides on wall j, a rough one, from here on; whether it slips, or sticks."""
+    """Decide the sliding of a body on wall j, a rough one, from here on; whether it slips, or sticks."""
     at, out = len(x.flags) + j, k.contact
     look(f.contacts, x.modes, x.m, x.s, x.p, out)
     before, mode = x.modes[at], sliding(k, x, o, j)

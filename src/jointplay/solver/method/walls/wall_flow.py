@@ -1,4 +1,4 @@
-"""What happens at rigid walls, compiled only for structures that have some; the flow calls it by address."""
+"""Handling of events at rigid walls, compiled only for structures that have some; called by address."""
 
 from ..excited import look
 from ..interface import SIGNATURES, inner
@@ -12,7 +12,7 @@ from .walls import LOOK, START, STEP, begin, hold, stay, strike
 
 @inner
 def at_wall(f, guard, at, k, x, o):
-    """Do what an event of a wall's guard asks for at the base point, or the start, or the end of a step.
+    """Handle an event of a wall's guard at the base point, or the start, or the end of a step.
 
     Where friction elsewhere may excite vibrations, these are looked for here too.
 

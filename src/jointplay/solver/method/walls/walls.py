@@ -119,7 +119,7 @@ def _lasting(f, j, k, x, o, before):
 
 @inner
 def _settles_too(k, o, i):
-    """Whether what lies near wall i has rebounds as low, which end likewise."""
+    """Whether a body near wall i has rebounds as low, which end likewise."""
     v, a = k.contact[6 * i + 2], k.contact[6 * i + 5]
     return a < 0.0 and (v * v <= 2.0 * ROOM * o.hop * -a or abs(v) <= o.rest)
 
@@ -185,7 +185,7 @@ def move(f, j, k, x, o):
 
 @inner
 def throw_off(k, x, o):
-    """After a jump of speeds: slip goes as they then are, and what leaves a wall rests no longer on it."""
+    """Update the modes after a jump of speeds: slip by the new speeds; bodies that leave a wall are free."""
     for i in range(len(x.flags)):
         v_t = k.contact[6 * i + 2]
         if x.flags[i] & STICKS and x.modes[i] > RELEASED and abs(v_t) > o.rest:
@@ -198,7 +198,7 @@ def throw_off(k, x, o):
 
 @inner
 def _stay_on(f, j, k, x, o):
-    """After an impact on wall j, put back on their walls what rebounds from others less than is tolerated.
+    """After an impact on wall j, put back bodies that rebound from other walls by less than the tolerance.
 
     Else two bodies that come to rest on two walls might throw each other off without end.
     """
@@ -212,7 +212,7 @@ def _stay_on(f, j, k, x, o):
 
 @inner
 def _slide_on(f, k, x, o):
-    """After a jump of speeds, decide how bodies slide that rest on rough walls."""
+    """After a jump of speeds, decide the sliding of bodies that rest on rough walls."""
     for j in range(walls_of(x)):
         if x.modes[len(x.flags) + j] > RELEASED and rough(x, j):
             grip(f, j, k, x, o)
@@ -246,7 +246,7 @@ def hold(f, j, k, x, o):
 
 @inner
 def stay(f, x):
-    """After a step, take away by how much a body has drifted off the walls on which it rests.
+    """After a step, remove the drift of a body off the walls on which it rests.
 
     Of several it is taken away in turn, until what one gives to the others is small.
     """
