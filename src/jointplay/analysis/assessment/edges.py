@@ -94,7 +94,7 @@ class Search:
 
 
 class Stretch(NamedTuple):
-    """A change that is taken back before it has lasted: its two ends, its period, what was met beyond."""
+    """A change that is taken back before it has lasted: its two ends, its period, the place beyond."""
 
     low: float
     high: float
@@ -172,7 +172,7 @@ class Walk:
         return Stretch(*sorted((start, back[0]), key=abs), place[1].period, back[1])
 
     def _end(self, place: Place, name: str, way: int, share: float) -> tuple[float, Place] | None:
-        """Where a trait is no longer as at a place, and what was met there; None if not within a share."""
+        """End of a trait from a place on: the value, and the place met there; None if not within a share."""
         inner = outer = place
         for distance in _distances(share):
             inner, outer = outer, self.chaotic(place[0] * (1 + distance) ** way, outer[1])
@@ -284,7 +284,7 @@ def _changed(found: tuple[float, ...], place: Place, here: Settled, name: str) -
 def _window(
     walk: Walk, name: str, last: Place, place: Place, here: Settled, search: Search
 ) -> Stretch | None:
-    """The window in chaos that a place lies in; what else changes there without chaos is part of it."""
+    """The window in chaos around a place; other changes in it without chaos are part of it."""
     if here.period or last[1].period:
         return None
     return walk.stretch(last, place, name if place[1].traits["chaos"] else "chaos", search.lasting)

@@ -156,7 +156,7 @@ class Equations(Record):
 
 
 def flat(modes: Modes, states: Mapping[str, str], rates: Mapping[str, str], masked: bool) -> dict[str, Any]:
-    """States and rates with the modes', and the jumps between modes; `masked`: with g as above."""
+    """States and rates with the modes', and jumps between modes; `masked`: guards act in their mode alone."""
     begun = {mode: text for mode, text in states.items() if mode in modes} or {next(iter(modes)): "1"}
     own = {name: text for name, text in states.items() if name not in modes}
     return {
