@@ -71,6 +71,8 @@ class Kind:
         Rank among studies that run side by side: the larger, the earlier it begins.
     example : mapping of str to mapping
         What a new study of this kind sets (`jointplay new`) beside defaults: tables by name.
+    trial : mapping of str to object
+        Keywords of a short call for a test system, the impact pair of the catalog, by which it is tried.
     references : tuple of str, optional
         What it rests on, as of a law (`equations.quantity.ForceLaw`).
     """
@@ -89,6 +91,7 @@ class Kind:
     verdict: str = ""
     slow: int = 0
     example: Mapping[str, Mapping[str, Any]] = field(default_factory=dict, hash=False)
+    trial: Mapping[str, Any] = field(default_factory=dict, hash=False)
     references: tuple[str, ...] | None = None
 
     @property
@@ -140,6 +143,7 @@ _ROWS = (
         summary=".study.results.answers.motions:response",
         example={"analysis": {"transient": 20, "turns": 5}},
         references=(),
+        trial={"turns": 2, "steps": True},
     ),
     Kind(
         "section",
@@ -149,6 +153,7 @@ _ROWS = (
         summary=".study.results.answers.motions:section",
         example={"analysis": {"transient": 50, "turns": 200}},
         references=(),
+        trial={"turns": 5},
     ),
     Kind(
         "bifurcation",
@@ -161,10 +166,7 @@ _ROWS = (
             "vary": {"clearance": {"start": 1e-5, "stop": 5e-4, "num": 40, "scale": "log"}},
             "analysis": {"transient": 100, "turns": 50, "exponents": 1, "lyapunov_turns": 50},
         },
-        references=(
-            "parker_chua1989",
-            "thompson_stewart2002",
-        ),
+        references=("parker_chua1989", "thompson_stewart2002"),
     ),
     Kind(
         "lyapunov",
@@ -173,10 +175,8 @@ _ROWS = (
         tangents=True,
         kept=True,
         example={"analysis": {"transient": 20, "turns": 300}},
-        references=(
-            "benettin1980",
-            "flyvbjerg_petersen1989",
-        ),
+        references=("benettin1980", "flyvbjerg_petersen1989"),
+        trial={"turns": 10},
     ),
     Kind(
         "covariant",
@@ -185,11 +185,8 @@ _ROWS = (
         "{turns} turns after {transient} dropped turns, and {settling} after them",
         tangents=True,
         example={"analysis": {"turns": 100}},
-        references=(
-            "ginelli2007",
-            "benettin1980",
-            "flyvbjerg_petersen1989",
-        ),
+        references=("ginelli2007", "benettin1980", "flyvbjerg_petersen1989"),
+        trial={"turns": 10, "settling": 3, "transient": 3},
     ),
     Kind(
         "chaos_test",
@@ -197,20 +194,16 @@ _ROWS = (
         ("chaos_test",),
         "{turns} section points after {transient} dropped turns",
         example={"analysis": {"transient": 50}},
-        references=(
-            "gottwald_melbourne2004",
-            "gottwald_melbourne2009",
-        ),
+        references=("gottwald_melbourne2004", "gottwald_melbourne2009"),
+        trial={"turns": 60, "transient": 5},
     ),
     Kind(
         "spectrum",
         ".analysis.signals.spectrum:spectrum",
         ("spectrum",),
         example={"analysis": {"transient": 50, "turns": 100}},
-        references=(
-            "welch1967",
-            "percival_walden1993",
-        ),
+        references=("welch1967", "percival_walden1993"),
+        trial={"turns": 16, "quantity": "v"},
     ),
     Kind(
         "dimension",
@@ -218,11 +211,8 @@ _ROWS = (
         ("dimension",),
         "{turns} section points after {transient} dropped turns",
         example={"analysis": {"transient": 50}},
-        references=(
-            "grassberger_procaccia1983",
-            "theiler1986",
-            "eckmann_ruelle1992",
-        ),
+        references=("grassberger_procaccia1983", "theiler1986", "eckmann_ruelle1992"),
+        trial={"turns": 120},
     ),
     Kind(
         "sensitivity",
@@ -231,11 +221,8 @@ _ROWS = (
         tangents=True,
         kept=True,
         example={"analysis": {"transient": 50, "references": 5}},
-        references=(
-            "wolf1985",
-            "shadden2005",
-            "benettin1980",
-        ),
+        references=("wolf1985", "shadden2005", "benettin1980"),
+        trial={"turns": 40},
     ),
     Kind(
         "basins",
@@ -248,10 +235,8 @@ _ROWS = (
                 "turns": 24,
             },
         },
-        references=(
-            "wilson1927",
-            "grebogi1983",
-        ),
+        references=("wilson1927", "grebogi1983"),
+        trial={"plane": {"y": [-1.0, 1.0], "v": [0.0, 1.0]}, "transient": 5, "turns": 4, "patience": 0},
     ),
     Kind(
         "attractors",
@@ -263,16 +248,9 @@ _ROWS = (
         example={
             "mechanism": {"clearance": 2.5e-4},
             "vary": {"clearance": {"start": 2.4e-4, "stop": 2.6e-4, "num": 3}},
-            "analysis": {
-                "region": dict.fromkeys(DISC, (-0.7, 0.7)),
-                "starts": 24,
-                "turns": 24,
-            },
+            "analysis": {"region": dict.fromkeys(DISC, (-0.7, 0.7)), "starts": 24, "turns": 24},
         },
-        references=(
-            "datseris2023",
-            "wilson1927",
-        ),
+        references=("datseris2023", "wilson1927"),
     ),
     Kind(
         "tipping",
@@ -297,10 +275,14 @@ _ROWS = (
                 "directions": 2,
             },
         },
-        references=(
-            "schultz2017",
-            "skufca2006",
-        ),
+        references=("schultz2017", "skufca2006"),
+        trial={
+            "region": {"y": [-1.0, 1.0], "v": [0, 1]},
+            "starts": 2,
+            "turns": 16,
+            "patience": 1,
+            "steps": 2,
+        },
     ),
     Kind(
         "periodic_orbit",
@@ -313,11 +295,8 @@ _ROWS = (
         summary=".study.results.answers.orbits:periodic_orbit",
         verdict=".study.results.answers.orbits:periodic_orbit_verdict",
         example={"mechanism": {"clearance": 2.9e-5}},
-        references=(
-            "parker_chua1989",
-            "deuflhard2011",
-            "kuznetsov2004",
-        ),
+        references=("parker_chua1989", "deuflhard2011", "kuznetsov2004"),
+        trial={"transient": 20},
     ),
     Kind(
         "continuation",
@@ -328,13 +307,8 @@ _ROWS = (
         kept=True,
         summary=".study.results.answers.orbits:continuation",
         example={"mechanism": {"clearance": 2.9e-5}, "analysis": {"range": (2.9e-5, 3.5e-5), "step": 0.05}},
-        references=(
-            "allgower_georg2003",
-            "keller1977",
-            "parker_chua1989",
-            "deuflhard2011",
-            "kuznetsov2004",
-        ),
+        references=("allgower_georg2003", "keller1977", "parker_chua1989", "deuflhard2011", "kuznetsov2004"),
+        trial={"parameter": "restitution", "range": [0.7, 0.85], "max_points": 5},
     ),
     Kind(
         "curve",
@@ -352,12 +326,8 @@ _ROWS = (
                 "max_curves": 1,
             },
         },
-        references=(
-            "allgower_georg2003",
-            "keller1977",
-            "govaerts2000",
-            "kuznetsov2004",
-        ),
+        references=("allgower_georg2003", "keller1977", "govaerts2000", "kuznetsov2004"),
+        trial={"plane": {"restitution": [0.7, 0.85], "gap": [2.8, 3.4]}, "transient": 20, "max_points": 5},
     ),
     Kind(
         "gradient",
@@ -374,10 +344,8 @@ _ROWS = (
                 "orbit": True,
             },
         },
-        references=(
-            "hiskens_pai2000",
-            "squire_trapp1998",
-        ),
+        references=("hiskens_pai2000", "squire_trapp1998"),
+        trial={"turns": 1},
     ),
     Kind(
         "optimise",
@@ -386,10 +354,13 @@ _ROWS = (
         "{turns} turns at each design",
         summary=".study.results.answers.optima:optimise",
         example={"analysis": {"least": "largest:normal_force:B", "by": {"gear_ratio": (2.9, 3.2)}}},
-        references=(
-            "hiskens_pai2000",
-            "kraft1988",
-        ),
+        references=("hiskens_pai2000", "kraft1988"),
+        trial={
+            "least": "end:state:v",
+            "orbit": False,
+            "by": {"restitution": [0.7, 0.9]},
+            "max_iterations": 3,
+        },
     ),
     Kind(
         "assess",
@@ -400,13 +371,7 @@ _ROWS = (
         tangents=True,
         table=".study.results.answers.assessment:page",
         summary=".study.results.answers.assessment:answer",
-        references=(
-            "archard1953",
-            "allgower_georg2003",
-            "keller1977",
-            "parker_chua1989",
-            "kuznetsov2004",
-        ),
+        references=("archard1953", "allgower_georg2003", "keller1977", "parker_chua1989", "kuznetsov2004"),
     ),
 )
 

@@ -30,10 +30,7 @@ KINDS = (
         slow=1,
         summary="jointplay_lab.paper.tables:claims_answer",
         example={"analysis": {"damping_ratios": (0.01,), "transient": 50, "turns": 50, "growth_turns": 20}},
-        references=(
-            "chunmei2002",
-            "benettin1980",
-        ),
+        references=("chunmei2002", "benettin1980"),
     ),
     Kind(
         "scheme_comparison",
@@ -46,10 +43,7 @@ KINDS = (
             "mechanism": {"elastic": ["coupler"], "elements": 2},
             "analysis": {"clearance": (0.0,), "start_turn": (0,), "windows_per_turn": (12,)},
         },
-        references=(
-            "chunmei2002",
-            "nigam_jennings1969",
-        ),
+        references=("chunmei2002", "nigam_jennings1969"),
     ),
     Kind(
         "stress",
@@ -70,12 +64,7 @@ KINDS = (
         varies=False,
         summary="jointplay_lab.answers:precision_answer",
         example={"analysis": {"tolerances": (1e-5, 1e-7, 1e-9), "peers": ("LSODA", "Radau"), "rounds": 2}},
-        references=(
-            "hindmarsh2005",
-            "petzold1983",
-            "biscani_izzo2021",
-            "biscani_izzo2022",
-        ),
+        references=("hindmarsh2005", "petzold1983", "biscani_izzo2021", "biscani_izzo2022"),
     ),
     Kind(
         "benchmark",

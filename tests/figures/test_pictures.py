@@ -15,6 +15,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from jointplay import catalog, figures
+from jointplay.kinds import KINDS
 from tests.figures.exponents.test_covariant_figure import vectors
 from tests.figures.exponents.test_lyapunov_figure import exponents
 from tests.figures.lab.test_work_precision import works
@@ -26,6 +27,7 @@ from tests.figures.support.synthetic_branches import branches, curves, orbit
 from tests.figures.support.synthetic_tables import claims, readings, schemes
 from tests.figures.sweeps.test_bifurcation import sweep
 from tests.figures.sweeps.test_sweep_figure import cases, swept
+from tests.study.test_sweep_kinds import CELLS
 
 KNOWN = Path(__file__).with_name("pictures.txt")
 VERDICTS = ("ok", "sensitive", "stopped", "unconfirmed", "suspect")
@@ -263,8 +265,9 @@ def test_a_figure_is_laid_out_without_being_drawn(monkeypatch):
     assert drawn == []
 
 
-def test_every_kind_of_figure_is_among_them():
-    assert {name.split(" ")[0] for name in PICTURES} == set(figures.KINDS)
+def test_every_kind_of_figure_is_among_them_or_drawn_of_each_kind_that_is_tried():
+    tried = {name for kind in CELLS for name in figures.suited(KINDS[kind])}  # tests.study.test_sweep_kinds
+    assert {name.split(" ")[0] for name in PICTURES} | tried == set(figures.KINDS)
     assert set(known()) == set(PICTURES)
 
 

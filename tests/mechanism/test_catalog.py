@@ -12,12 +12,7 @@ from jointplay.solver.mechanism.own import systems
 from jointplay.solver.mechanism.records import Mechanism, MotorLine, TestSystem
 from tests.mechanism.wrong import problems_of
 
-REQUIRED = {
-    "impact_pair": {"gap": 0.4, "restitution": 0.8},
-    "soft_impact_pair": {"gap": 0.4, "stiffness": 1e4, "damping": 14.0},
-    "bouncing_ball": {"acceleration": 1.2, "restitution": 0.5},
-    "gear_backlash": {"mean_load": 0.1, "amplitude": 0.2, "frequency": 1.6, "damping": 0.05},
-}
+REQUIRED = {name: make.trial for name, make in catalog.NAMES.items() if make.trial}
 LINKAGES = [
     *("chunmei2002", "slider_crank", "watt", "stephenson", "quick_return"),
     *("ivp_crank", "flores2010", "siconos_four_bar"),

@@ -372,10 +372,4 @@ def test_nothing_is_doubted_in_a_shipped_system_or_an_example(name, table):
 
 @pytest.mark.parametrize("name", [*catalog.NAMES])
 def test_nothing_is_doubted_in_the_catalog(name):
-    needed = {
-        "impact_pair": {"gap": 1.0, "restitution": 0.7},
-        "soft_impact_pair": {"gap": 1.0, "stiffness": 100.0, "damping": 1.0},
-        "bouncing_ball": {"acceleration": 2.0, "restitution": 0.7},
-        "gear_backlash": {"mean_load": 0.1, "amplitude": 0.2, "frequency": 1.0, "damping": 0.05},
-    }
-    assert found(catalog.NAMES[name](**needed.get(name, {}))) == {}
+    assert found(catalog.NAMES[name](**catalog.NAMES[name].trial)) == {}

@@ -22,9 +22,9 @@ from jointplay.study.file import load, schema, validate
 
 PAGE = (Path(__file__).parents[2] / "docs" / "developers.md").read_text(encoding="utf-8")
 LAW, ANALYSIS, ROW, FIGURE, ALONE = re.findall(r"^```python\n(.*?)^```", PAGE, re.S | re.M)
-(SYSTEM,) = re.findall(r"^```py\n(.*?)^```", PAGE, re.S | re.M)
+_, _, SYSTEM = re.findall(r"^```py\n(.*?)^```", PAGE, re.S | re.M)
 (STUDY,) = re.findall(r"^```toml\n(.*?)^```", PAGE, re.S | re.M)
-SWEEP = STUDY + '\n[vary]\namplitude = [0.2, 0.25, 0.3]\n\n[figure]\nkind = "sweep"\n'
+SWEEP = STUDY.partition("[figure]")[0] + '[vary]\namplitude = [0.2, 0.25, 0.3]\n\n[figure]\nkind = "sweep"\n'
 
 
 @pytest.fixture(autouse=True)

@@ -1,8 +1,11 @@
 """Every kind of study with cells: each cell, taken out again, is that kind's analysis by itself."""
 
+import json
+
 import pytest
 
 import jointplay as jp
+from jointplay import figures
 from jointplay.kinds import KINDS
 from tests.support.sweep_samples import bare, loaded, ran
 
@@ -24,45 +27,29 @@ damping = 0.05
 [vary]
 frequency = [0.7, 0.8]
 """
-ANALYSIS = {
-    "response": "turns = 2\nsteps = true",
-    "section": "turns = 5",
-    "lyapunov": "turns = 10",
-    "covariant": "turns = 10\nsettling = 3\ntransient = 3",
-    "chaos_test": "turns = 60\ntransient = 5",
-    "spectrum": 'turns = 16\nquantity = "v"',
-    "dimension": "turns = 120",
-    "periodic_orbit": "transient = 20",
-    "continuation": 'parameter = "restitution"\nrange = [0.7, 0.85]\nmax_points = 5',
-    "curve": "plane = { restitution = [0.7, 0.85], gap = [2.8, 3.4] }\ntransient = 20\nmax_points = 5",
-    "sensitivity": "turns = 40",
-    "gradient": "turns = 1",
-    "optimise": 'least = "end:state:v"\norbit = false\nby = { restitution = [0.7, 0.9] }\nmax_iterations = 3',
-    "tipping": "region.y = [-1.0, 1.0]\nregion.v = [0, 1]\nstarts = 2\nturns = 16\npatience = 1\nsteps = 2",
-    "basins": "plane.y = [-1.0, 1.0]\nplane.v = [0.0, 1.0]\ntransient = 5\nturns = 4\npatience = 0",
-}
-SINGLE = {
-    *("readings", "claims", "scheme_comparison", "bifurcation", "assess", "stress", "work_precision"),
-    "benchmark",
-    "attractors",
-}
+CELLS = [name for name, row in KINDS.items() if row.varies and "over" not in row.function.fields()]
 ENDS = ("wall_time", "status", "trouble")
 LONGEST = "tipping"
 
 
-def test_every_kind_is_looked_at():
-    assert ANALYSIS.keys() | SINGLE == set(KINDS)
+def lines(table, above=""):
+    """A table of keywords as lines of a study file."""
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from lines(value, f"{above}{key}.")
+        else:
+            yield f"{above}{key} = {json.dumps(value)}"
 
 
 @pytest.mark.parametrize(
     ("kind", "system"),
     [
-        *((kind, PAIR) for kind in ANALYSIS if kind != LONGEST),
+        *((kind, PAIR) for kind in CELLS if kind != LONGEST),
         *(("spectrum", GEAR), pytest.param(LONGEST, PAIR, marks=pytest.mark.long)),
     ],
 )
 def test_a_cell_is_the_analysis_by_itself(kind, system, tmp_path):
-    study = loaded(f'kind = "{kind}"\nname = "a"\n{system}[analysis]\n{ANALYSIS[kind]}\n')
+    study = loaded(f'kind = "{kind}"\nname = "a"\n{system}[analysis]\n' + "\n".join(lines(KINDS[kind].trial)))
     found = ran(study, tmp_path)
     assert found.identical(jp.open(tmp_path / "a.nc"))
     (varied,) = found.attrs["swept"].split()
@@ -74,3 +61,5 @@ def test_a_cell_is_the_analysis_by_itself(kind, system, tmp_path):
         cell = jp.cell(found, **{varied: value})
         same, other = (bare(each.drop_vars([n for n in ENDS if n in each])) for each in (cell, alone))
         assert same.identical(other)
+    kind_of_figure = figures.usual_kind(alone)
+    assert figures.draw(alone, {"kind": kind_of_figure}).axes

@@ -70,7 +70,7 @@ def _parts(record: Study) -> Iterator[tuple[str, Keys]]:
 
 def _of(name: str) -> Keys:
     """References of an entry of the catalog."""
-    return getattr(catalog.NAMES.get(name), "references", None)
+    return catalog.NAMES[name].references if name in catalog.NAMES else None
 
 
 def _of_a_linkage(mechanism: Mechanism) -> Iterator[tuple[str, Keys]]:

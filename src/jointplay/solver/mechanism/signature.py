@@ -168,18 +168,27 @@ class Preset(Protocol):
     """An entry of the catalog, which `preset` makes: a function that gives a mechanism or a system."""
 
     references: tuple[str, ...]
+    trial: Mapping[str, Any]
     fields: Callable[[], Mapping[str, Any]]
 
     def __call__(self, **arguments: Any) -> Any:
         """Give the mechanism, or system."""
 
 
-def preset(*references: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Mark an entry of the catalog: its arguments are checked, and its references are kept, as of a law."""
+def preset(*references: str, **trial: Any) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Mark an entry of the catalog: its arguments are checked, and two things are kept beside it.
+
+    Parameters
+    ----------
+    *references : str
+        What it rests on, as of a law (`equations.quantity.ForceLaw`).
+    **trial
+        Arguments with which it is tried: those that have no default.
+    """
 
     def decorated(make: Callable[P, T]) -> Callable[P, T]:
         made = checked()(make)
-        made.references = references
+        made.references, made.trial = references, trial
         return made
 
     return decorated

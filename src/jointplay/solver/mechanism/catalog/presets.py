@@ -33,7 +33,7 @@ from jointplay.solver.mechanism.catalog.preset_parts import (
 from jointplay.solver.mechanism.parts.beam import Link
 from jointplay.solver.mechanism.parts.drive import ConstantSpeed
 from jointplay.solver.mechanism.records import Mechanism
-from jointplay.solver.mechanism.signature import checked
+from jointplay.solver.mechanism.signature import preset
 
 _POSITIVE = "a table of numbers greater than 0 by link"
 _PLACES = f"a table of numbers from -{LONGEST:g} to {LONGEST:g} by link"
@@ -59,7 +59,7 @@ def _by_link(tables: Mapping[str, tuple[Mapping[str, float] | None, _Numbers]]) 
     return [usual | dict(given or {}) for given, usual in tables.values()]
 
 
-@checked()
+@preset()
 def slider_crank(
     crank: Length = 0.05,
     rod: Length = 0.12,
@@ -134,7 +134,7 @@ def slider_crank(
     return made.replace(clearance=clearance, **changes)
 
 
-@checked()
+@preset()
 def quick_return(
     crank: Length = 0.05,
     arm: Length = 0.25,

@@ -16,10 +16,10 @@ from jointplay.solver.mechanism.catalog.preset_parts import (
 )
 from jointplay.solver.mechanism.parts.joints import Pin
 from jointplay.solver.mechanism.records import Mechanism
-from jointplay.solver.mechanism.signature import checked
+from jointplay.solver.mechanism.signature import preset
 
 
-@checked()
+@preset()
 def watt(
     crank: Length = 0.04,
     coupler: Length = 0.12,
@@ -62,7 +62,7 @@ def watt(
     return example("watt", links, pins, "", speed, gravity, guess).replace(**changes)
 
 
-@checked()
+@preset()
 def stephenson(
     crank: Length = 0.04,
     coupler: Length = 0.12,

@@ -71,7 +71,7 @@ def duffing(amplitude: NonNegative = 0.3, damping: NonNegative = 0.2, frequency:
     return _system("duffing", numbers, {"y": 1.0, "v": 0.0}, rates=rates, forcing="2*pi/frequency")
 
 
-@preset("dubowsky_freudenstein1971")
+@preset("dubowsky_freudenstein1971", gap=3.6, restitution=0.8)
 def impact_pair(gap: Positive, restitution: _Restitution) -> System:
     """Rattling mass in a shaken frame: y'' = sin t, |y| ≤ d/2, y' → −r y' at a wall; starts at (0, 0).
 
@@ -91,7 +91,7 @@ def impact_pair(gap: Positive, restitution: _Restitution) -> System:
     return _system("impact_pair", numbers, start, rates=_SHAKEN, forcing=_TAU, impacts=walls)
 
 
-@preset("dubowsky_freudenstein1971")
+@preset("dubowsky_freudenstein1971", gap=3.6, stiffness=50.0, damping=2.0)
 def soft_impact_pair(
     gap: Positive, stiffness: Positive, damping: NonNegative, tension: Flag = True
 ) -> System:
@@ -118,7 +118,7 @@ def soft_impact_pair(
     return _system("soft_impact_pair", numbers, start, rates=_SHAKEN, forcing=_TAU, contacts=walls)
 
 
-@preset("holmes1982", "guckenheimer_holmes1983")
+@preset("holmes1982", "guckenheimer_holmes1983", acceleration=1.2, restitution=0.5)
 def bouncing_ball(acceleration: Positive, restitution: _Restitution) -> System:
     """Ball on a table that moves as sin t: y'' = −1/Γ in flight, lengths in table amplitudes, time in 1/ω.
 
@@ -145,7 +145,7 @@ def bouncing_ball(acceleration: Positive, restitution: _Restitution) -> System:
     return _system("bouncing_ball", numbers, start, rates=rates, forcing=_TAU, impacts=table)
 
 
-@preset("kahraman_singh1990")
+@preset("kahraman_singh1990", mean_load=0.1, amplitude=0.2, frequency=1.6, damping=0.05)
 def gear_backlash(
     mean_load: Number, amplitude: NonNegative, frequency: Positive, damping: NonNegative
 ) -> System:
