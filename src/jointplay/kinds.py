@@ -364,8 +364,6 @@ _ROWS = (
         ".analysis.gradients.gradient:gradient",
         ("gradient",),
         "{turns} turns",
-        (Shown("relative_sensitivity", (("quantity", "largest"), ("parameter", "largest"))),),
-        summary=".study.results.answers.optima:gradient",
         example={
             "mechanism": {"clearance": 2.9e-5},
             "analysis": {
@@ -384,7 +382,6 @@ _ROWS = (
         ".analysis.optima.optimise:optimise",
         ("optimise",),
         "{turns} turns at each design",
-        summary=".study.results.answers.optima:optimise",
         example={"analysis": {"least": "largest:normal_force:B", "by": {"gear_ratio": (2.9, 3.2)}}},
         references=(
             "hiskens_pai2000",

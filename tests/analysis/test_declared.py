@@ -26,6 +26,10 @@ CALLS = {  # which together give all that their kinds declare
     ],
     "basins": [{"mechanism": DUFFING, "plane": Y_V, "turns": 4, "transient": 2, "patience": 0, "refine": 1}],
     "sensitivity": [{"mechanism": DUFFING, "turns": 4, "neighbours": 2, "plane": Y_V}],
+    "gradient": [{"mechanism": PAIR, "orbit": True}],
+    "optimise": [
+        {"mechanism": PAIR, "by": {"restitution": (0.5, 0.95)}, "least": "largest:state:v", "orbit": False}
+    ],
     "dimension": [{"mechanism": PAIR, "turns": 10}],
 }
 AXES = {"basins": ("y", "v"), "sensitivity": ("y", "v")}  # of the planes that results are over
