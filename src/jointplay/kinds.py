@@ -259,7 +259,6 @@ _ROWS = (
         ("attractors",),
         "{starts} starts in the region at each value, {turns} turns after up to {transient} dropped turns",
         recorded=".analysis.sweeps.bifurcation:names",
-        summary=".study.results.answers.coexisting:attractors",
         example={
             "mechanism": {"clearance": 2.5e-4},
             "vary": {"clearance": {"start": 2.4e-4, "stop": 2.6e-4, "num": 3}},
@@ -279,13 +278,7 @@ _ROWS = (
         ".analysis.coexisting.tipping:tipping",
         ("tipping",),
         "{starts} starts in the region, knocks up to {largest} in {steps} steps",
-        shown=(
-            Shown(
-                "fraction", (("number", "largest"),), "fraction of the starts with the most frequent motion"
-            ),
-        ),
         tangents=True,
-        summary=".study.results.answers.coexisting:tipping",
         example={
             "mechanism": {"clearance": 2.5e-4},
             "analysis": {
