@@ -104,7 +104,7 @@ class Kind:
     @property
     def answer(self) -> Callable[[Any], str] | None:
         """Function that gives the answer of a result; None: it is the number that a sweep shows."""
-        if self.outputs is not None:
+        if self.outputs is not None and self.outputs.answer:
             return self.outputs.answer
         return load(self.summary) if self.summary else None
 
