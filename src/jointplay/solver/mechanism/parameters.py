@@ -25,7 +25,7 @@ from jointplay.solver.mechanism.base import is_number
 from jointplay.solver.mechanism.changes import Changes, paths_of, value_of
 from jointplay.solver.mechanism.directions import Directions, along
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.mechanism.own.own import SYSTEMS
+from jointplay.solver.mechanism.own.own import CATALOG
 from jointplay.solver.mechanism.parts.courses import FORCES
 from jointplay.solver.mechanism.paths import below, is_path, part_at, parts_of, steps
 from jointplay.solver.mechanism.records import Contact, Friction, Mechanism, TestSystem
@@ -98,7 +98,7 @@ class Parameter:
         """What declares it, its units, and its noun."""
         first = parts_of(self.key)[0]
         if isinstance(self.mechanism, TestSystem):
-            preset = SYSTEMS.get(self.mechanism.system)
+            preset = CATALOG.get(self.mechanism.system)
             annotation, _ = preset.fields().get(first, (None, None)) if preset else (None, None)
             field = FieldInfo.from_annotation(annotation) if annotation else None
             return field, self.mechanism.units.get(first, "1"), first.replace("_", " ")
