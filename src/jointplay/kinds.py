@@ -107,7 +107,7 @@ class Kind:
     @property
     def answer(self) -> Callable[[Any], str] | None:
         """Function that gives the answer of a result; None: it is the number that a sweep shows."""
-        if self.outputs is not None:
+        if self.outputs is not None and self.outputs.answer:
             return self.outputs.answer
         return load(self.summary) if self.summary else None
 
@@ -244,7 +244,6 @@ _ROWS = (
         ("attractors",),
         "{starts} starts in the region at each value, {turns} turns after up to {transient} dropped turns",
         recorded=".analysis.sweeps.bifurcation:names",
-        summary=".study.results.answers.coexisting:attractors",
         example={
             "mechanism": {"clearance": 2.5e-4},
             "vary": {"clearance": {"start": 2.4e-4, "stop": 2.6e-4, "num": 3}},
@@ -257,13 +256,7 @@ _ROWS = (
         ".analysis.coexisting.tipping:tipping",
         ("tipping",),
         "{starts} starts in the region, knocks up to {largest} in {steps} steps",
-        shown=(
-            Shown(
-                "fraction", (("number", "largest"),), "fraction of the starts with the most frequent motion"
-            ),
-        ),
         tangents=True,
-        summary=".study.results.answers.coexisting:tipping",
         example={
             "mechanism": {"clearance": 2.5e-4},
             "analysis": {
@@ -334,8 +327,6 @@ _ROWS = (
         ".analysis.gradients.gradient:gradient",
         ("gradient",),
         "{turns} turns",
-        (Shown("relative_sensitivity", (("quantity", "largest"), ("parameter", "largest"))),),
-        summary=".study.results.answers.optima:gradient",
         example={
             "mechanism": {"clearance": 2.9e-5},
             "analysis": {
@@ -352,7 +343,6 @@ _ROWS = (
         ".analysis.optima.optimise:optimise",
         ("optimise",),
         "{turns} turns at each design",
-        summary=".study.results.answers.optima:optimise",
         example={"analysis": {"least": "largest:normal_force:B", "by": {"gear_ratio": (2.9, 3.2)}}},
         references=("hiskens_pai2000", "kraft1988"),
         trial={

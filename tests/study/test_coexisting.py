@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from jointplay.analysis.coexisting import passes, tipping
+from jointplay.analysis.coexisting.attractors import answer
 from jointplay.jobs import worker
 from jointplay.jobs.job import CRASHED
 from jointplay.jobs.journal import Journal
@@ -16,7 +17,6 @@ from jointplay.jobs.pool import Pool
 from jointplay.study import execute
 from jointplay.study.execute import complete, merge
 from jointplay.study.plan import plan, status
-from jointplay.study.results.answers.coexisting import attractors
 from jointplay.study.results.store import open_result
 from jointplay.study.run import run
 from tests.support.sweep_samples import KINDS, SLOW, die, forked, loaded, ran, same
@@ -183,6 +183,6 @@ def test_a_cell_more_costs_little_memory(kind, most, tmp_path):
 def test_the_answer_is_in_words():
     found = run(loaded(STUDY), jobs=1)
     assert np.isfinite(found["fraction"].values).any()
-    lines = attractors(found).splitlines()
+    lines = answer(found).splitlines()
     assert lines[0] == "2 motions, at most 2 beside each other (gap 3.6)"
     assert "period 1, from gap 3.6 to gap 3.68, up to 50 % of the starts" in lines[1]

@@ -81,28 +81,39 @@ class Outputs:
         """
         import xarray as xr
 
-        if strange := values.keys() - {*self.coords, *self.variables}:
-            raise KeyError(f"{self.kind} declares no {', '.join(sorted(strange))}")
-        own, named = plane or {}, words or {}
-        variables, coords = (
-            {
-                n: out.variable(values[n], of or OF, [*own], named.get(n, ()))
-                for n, out in table.items()
-                if n in values
-            }
-            for table in (self.variables, self.coords)
-        )
-        coords = own | coords
+        axes = plane or {}
+        variables, coords = self.variables_of(values, of, [*axes], words)
+        coords = axes | coords
         if model is not None:
             return dataset(model, variables, coords, self.kind, **attributes)
         head = {"Conventions": "CF-1.11", "kind": self.kind} | attributes | {"kind": self.kind}
         return xr.Dataset(variables, coords, head)
 
+    def variables_of(
+        self,
+        values: Mapping[str, Any],
+        of: Mapping[str, str] | None = None,
+        plane: Sequence[str] = (),
+        words: Mapping[str, Sequence[str]] | None = None,
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Variables and coordinates of values; as `dataset` takes them, but of the plane its axes' names."""
+        if strange := values.keys() - {*self.coords, *self.variables}:
+            raise KeyError(f"{self.kind} declares no {', '.join(sorted(strange))}")
+        named = words or {}
+        variables, coords = (
+            {
+                name: out.variable(values[name], of or OF, plane, named.get(name, ()))
+                for name, out in table.items()
+                if name in values
+            }
+            for table in (self.variables, self.coords)
+        )
+        return variables, coords
+
     def none(self, *names: str, **sizes: int) -> dict[str, np.ndarray]:
         """Values that a run which failed has none of, over dimensions of these sizes."""
         outs = {name: self.variables[name] for name in names}
-        dims = {name: (out.dims,) if isinstance(out.dims, str) else out.dims for name, out in outs.items()}
-        return {name: out.none(tuple(sizes[dim] for dim in dims[name])) for name, out in outs.items()}
+        return {name: out.none(tuple(sizes[dim] for dim in out.axes)) for name, out in outs.items()}
 
     def failed(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Values of the same variables in a run that failed."""
@@ -120,7 +131,7 @@ class Outputs:
         for name, out in (self.coords | self.variables).items():
             if name in RUN and name != "status":
                 continue
-            dims = out.dims if isinstance(out.dims, str) else ", ".join(out.dims)
+            dims = ", ".join(out.axes)
             flags = f" ({', '.join(out.flags)})" if 0 < len(out.flags) <= LISTED else ""
             meaning = f"{out.long_name.format_map(OF)}{flags}{'; ' if out.about else ''}{out.about}"
             yield name, dims, "" if out.units == "1" else out.units.format_map(OF), meaning

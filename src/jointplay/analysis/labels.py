@@ -75,7 +75,7 @@ class Out:
     Parameters
     ----------
     dims : str or tuple of str
-        Its dimensions, of a scalar (); `PLANE`: those of the plane that it is over.
+        Its dimensions, of a scalar (); `PLANE` stands for those of the plane (or axis) that it is over.
     long_name, units : str
         As in the file; ``{name}`` and ``{units}`` are those of the quantity that the result is of. A text has
         no units.
@@ -97,11 +97,16 @@ class Out:
     missing: Any = math.nan
     at: Mapping[str, Any] = field(default_factory=dict)
 
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Its dimensions."""
+        return (self.dims,) if isinstance(self.dims, str) else self.dims
+
     def variable(
         self, values: Any, of: Mapping[str, str] = OF, plane: Sequence[str] = (), words: Sequence[str] = ()
     ) -> tuple[Any, Any, dict[str, Any]]:
         """Dimensions, values and attributes; of a `plane` with these axes, of codes with these `words`."""
-        dims = tuple(plane) if self.dims == PLANE else self.dims
+        dims = tuple(name for dim in self.axes for name in (plane if dim == PLANE else (dim,)))
         if words:
             return dims, values, {"long_name": self.long_name} | flags(words, np.int32)
         if self.flags:

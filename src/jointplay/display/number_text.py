@@ -44,3 +44,8 @@ def signed(value: float, error: float) -> str:
     """Return `value` ± `error` with its sign, also where that is plus."""
     text = with_error(value, error)
     return f"+{text}" if value > 0 else text
+
+
+def counted(count: int, noun: str) -> str:
+    """A number of things: ``1 motion``, ``2 motions``."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"

@@ -9,7 +9,7 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.assessment import edges as edges_module
 from jointplay.analysis.assessment import settled as settled_module
-from jointplay.analysis.assessment.assess_dataset import assembled
+from jointplay.analysis.assessment.assess import assembled
 from jointplay.analysis.assessment.forces import _mean, _peaks, forces
 from jointplay.analysis.assessment.settled import (
     CHANGES,

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 import jointplay as jp
-from jointplay.analysis.assessment.assess_dataset import assembled
+from jointplay.analysis.assessment.assess import assembled
 from jointplay.analysis.assessment.edges import HOW
 from jointplay.analysis.assessment.forces import SHOWN
 from jointplay.analysis.labels import outcome

@@ -14,28 +14,40 @@ the region is found with 95 % (the rule of three). Fractions are of the region, 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
+import numpy as np
 from pydantic import Field
 
 from jointplay.analysis import rules
 from jointplay.analysis.cells import first_bad, growing, handed_out, warm
-from jointplay.analysis.coexisting import attractors_dataset, passes, special_points
-from jointplay.analysis.coexisting.identity import identities
+from jointplay.analysis.coexisting import passes, special_points
+from jointplay.analysis.coexisting.identity import EVENTS, Change, identities
 from jointplay.analysis.coexisting.region import Region, one_parameter, region_fits
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import OUTCOME
+from jointplay.analysis.exponents import section_exponents
 from jointplay.analysis.keywords import JointName, Moving, Names, Settling, analysis
-from jointplay.analysis.labels import outcome
+from jointplay.analysis.labels import PLANE, Out, ended
 from jointplay.analysis.period import REPEATS
+from jointplay.analysis.quantities import STATUS
+from jointplay.analysis.states.basin_uncertainty import wilson
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.states.start_plane import section_of
+from jointplay.analysis.sweeps import gather
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.bifurcation import Over, lanes_fit, names, record_fits
+from jointplay.analysis.sweeps.chains import numbered
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.vary import Axis, at_largest, checked_axes, largest
+from jointplay.display import codes
 from jointplay.display.errors import InputError
+from jointplay.display.number_text import counted, plain
+from jointplay.display.units import measure
 from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
@@ -48,12 +60,85 @@ if TYPE_CHECKING:
 
 STARTS, TURNS, PATIENCE, LYAPUNOV_TURNS = 1000, 64, 4, 100
 TOLERANCE, REACH = 1e-3, 0.2
+LISTED = 3  # motions named in a line
+NOT_RUN = STATUS.index("not_run")
+ABSENT = -1  # period of a motion at a value where it is not there
+MISSED = 0.05  # chance that a basin of `fraction_missed` has no start in it
 ROUNDS = 200  # of carrying, at most
 SHARES = (0.0, 0.7, 0.8, 1.0)  # of the progress: seeding, carrying, describing
 
 
 def _start_fits(varied: Mechanism | TestSystem, initial: Any) -> None:
     rules.assembled_at(varied, initial)
+
+
+def answer(result: xr.Dataset) -> str:
+    """how many motions there are, the most likely ones, and where some begin and end."""
+    share = result["fraction"]
+    name, _ = share.dims
+    if not share.size:
+        return "no attractor found"
+    there = result["period"].values >= 0
+    most = there.sum(axis=1)
+    lines = [
+        f"{counted(result.sizes['identity'], 'motion')}, at most {most.max()} beside each other "
+        f"({_at(result, name, int(most.argmax()))})"
+    ]
+    order = np.argsort(-np.nansum(share.values, axis=0), kind="stable")
+    lines.append("; ".join(_motion(result, name, int(n), there[:, n]) for n in order[:LISTED]))
+    kinds, counts = np.unique(codes.words(result["change_kind"]).values, return_counts=True)
+    told = [counted(int(n), str(kind)) for kind, n in zip(kinds, counts, strict=True)]
+    unsettled = float(result["fraction_unsettled"].max())
+    told += [f"up to {plain(100 * unsettled, 3)} % of the starts did not settle"] if unsettled > 0 else []
+    return "\n".join([*lines, *([", ".join(told)] if told else [])])
+
+
+def _at(result: xr.Dataset, name: str, place: int) -> str:
+    axis = result[name]
+    return f"{name} {measure(float(axis.values[place]), str(axis.attrs.get('units', '1')))}"
+
+
+def _motion(result: xr.Dataset, name: str, n: int, there: np.ndarray) -> str:
+    """A motion with its periods, where it is, and its largest fraction."""
+    one, places = result.isel(identity=n), np.flatnonzero(there)
+    periods = np.unique(one["period"].values[places])
+    text = ", ".join(str(p) if p else "none" for p in periods[:LISTED])
+    ends = f"from {_at(result, name, places[0])} to {_at(result, name, places[-1])}"
+    best = 100 * float(np.nanmax(one["fraction"].values[places]))
+    return f"{int(one['identity'])}: period {text}, {ends}, up to {plain(best, 3)} % of the starts"
+
+
+HERE = (PLANE, "identity")
+OUTPUTS = Outputs(
+    "attractors",
+    {},
+    {
+        "period": Out(HERE, "period in turns; 0: none found; -1: not there"),
+        "count": Out(HERE, "starts that reach the motion"),
+        "fraction": Out(HERE, "fraction of the starts that reach the motion"),
+        "fraction_low": Out(HERE, "lower end of the 95 % interval of the fraction"),
+        "fraction_high": Out(HERE, "upper end of the 95 % interval of the fraction"),
+        "carried": Out(HERE, "found from a neighbouring value alone"),
+        "watched_turns": Out(HERE, "turns that motions without period were watched"),
+        "section_distance": Out(HERE, "distance from the same at the value before"),
+        "started": Out(PLANE, "starts that there are"),
+        "fraction_unsettled": Out(PLANE, "fraction of the starts that did not settle"),
+        "fraction_unsettled_low": Out(PLANE, "lower end of its 95 % interval"),
+        "fraction_unsettled_high": Out(PLANE, "upper end of its 95 % interval"),
+        "fraction_failed": Out(PLANE, "fraction of the starts that failed"),
+        "fraction_missed": Out(PLANE, "fraction from which on a basin has a start in it with 95 %"),
+        "value_status": Out(PLANE, "how the search at the value ended", flags=STATUS),
+        "value_trouble": Out(PLANE, "what went wrong in the search"),
+        "change_identity": Out("change", "motion that begins or ends"),
+        "change_other": Out("change", "where it comes from, or goes; 0: nowhere"),
+        "change_low": Out("change", "{name} below the change", "{units}"),
+        "change_high": Out("change", "{name} above the change", "{units}"),
+        "change_kind": Out("change", "kind of change", flags=EVENTS),
+    }
+    | special_points.OUTS
+    | OUTCOME,
+    answer,
+)
 
 
 @growing
@@ -65,6 +150,7 @@ def _start_fits(varied: Mechanism | TestSystem, initial: Any) -> None:
     _start_fits,
     lanes_fit,
     varied=at_largest,
+    outputs=OUTPUTS,
     usual={"rtol": RTOL},
 )
 def attractors(
@@ -125,25 +211,15 @@ def attractors(
     initial : optional
         As in `lyapunov`: the start that the region goes through.
 
-    Returns
-    -------
-    xarray.Dataset
-        Over the parameter and ``identity``: ``period`` (0: none; -1: the motion is not there), ``count`` of
-        the starts that reach it and their ``fraction`` with the 95 % interval ``fraction_low`` to
-        ``fraction_high``, ``carried`` (1: no start reached it), ``watched_turns`` of a motion without period,
-        ``section_distance`` from the same at the value before; the recorded quantities over ``point``,
-        contacts a turn, exponents and ``end_state`` as in `bifurcation`. Over the parameter: ``started``,
-        ``fraction_unsettled`` with its interval, ``fraction_failed``, ``fraction_missed`` (a motion with a
-        larger basin is found with 95 %). Over ``change``: where identities begin and end, ``change_kind``,
-        ``change_identity``, ``change_other``, and the values ``change_low``, ``change_high`` between which.
-        With `bifurcations`, over ``special``: ``special_kind``, ``special_parameter``, ``special_identity``;
-        ``change_bifurcation``, the one between the same values; ``branch_status`` of each orbit that was
-        followed. ``attractor_status`` and ``trouble`` of each motion, ``value_status``, and ``status``.
-
     Raises
     ------
     InputError
         If anything asked for makes no sense, listing all of it; numerical trouble is a status instead.
+
+    Notes
+    -----
+    ``plane`` stands for the parameter. Of each motion there is also what `bifurcation` gives of a point,
+    with ``attractor_status`` and ``trouble``.
     """
     began, (axis,) = time.perf_counter(), checked_axes(mechanism, over)
     varied = largest(mechanism, over)
@@ -168,23 +244,138 @@ def attractors(
     cells = [shared | seeds | {"changes": each} for each in changes]
     ready = partial(_warm, mechanism, changes, initial, exponents, ensemble)
     seeded = handed_out(passes.found, cells, tell[0], n_jobs, lasting=axis.name, ready=ready)
-    motions, ended = [list(each.get("motions", ())) for each in seeded], list(seeded)
+    motions, all_answers = [list(each.get("motions", ())) for each in seeded], list(seeded)
     lands: dict[tuple[int, int, int], int] = {}
     if carry:
         states = [each.get("names", ()) for each in seeded]
         parts = [shared | {"changes": each, "observation": observation} for each in changes]
-        ended += _carried(parts, motions, states, lands, tell[1], n_jobs)
+        all_answers += _carried(parts, motions, states, lands, tell[1], n_jobs)
     numbers, events, apart = identities(motions, lands, reach)
     places = [(i, n) for i, each in enumerate(motions) for n in range(len(each))]
     cells = [shared | {"changes": changes[i], "motion": motions[i][n], "plan": plan} for i, n in places]
     answers = handed_out(passes.described, cells, tell[2], n_jobs, lasting="motion", ready=ready)
-    table = attractors_dataset.Table(axis, motions, numbers, apart, seeded, starts)
+    table = _Table(axis, motions, numbers, apart, seeded, starts)
     found = table.dataset({(i, numbers[i][n]): a for (i, n), a in zip(places, answers, strict=True)}, plan)
-    found = found.assign(table.fractions() | table.changes(events))
+    values = table.fractions() | table.changes(events)
     if bifurcations:
         following, branches = _followed(shared, axis, motions, numbers, max_steps, n_jobs)
-        found = found.assign(special_points.variables(axis, following, branches, events))
-    return found.assign(outcome(first_bad([*ended, *answers]), began))
+        values |= special_points.values(axis, following, branches, events)
+    values |= ended(first_bad([*all_answers, *answers]), began)
+    of = {"name": axis.long_name, "units": axis.units}
+    return found.assign(OUTPUTS.variables_of(values, of, [axis.name])[0])
+
+
+@dataclass(frozen=True)
+class _Table:
+    """What was found at each value, and by which identity."""
+
+    axis: Axis
+    motions: Sequence[Sequence[Mapping[str, Any]]]
+    numbers: Sequence[Sequence[int]]
+    apart: Sequence[Sequence[float]]
+    seeded: Sequence[Entry]
+    starts: int
+
+    @property
+    def dims(self) -> tuple[str, str]:
+        """What a motion is told by: value and identity."""
+        return self.axis.name, "identity"
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of values, and of identities."""
+        return len(self.axis.values), max((n for each in self.numbers for n in each), default=0)
+
+    @property
+    def coordinates(self) -> dict[str, Any]:
+        """Values of the parameter, and numbers of the motions."""
+        own = numbered("identity", self.shape[1], "number of the motion", 1)
+        return {self.axis.name: self.axis.coordinate} | own
+
+    def dataset(self, answers: Mapping[tuple[int, int], Entry], plan: Plan) -> xr.Dataset:
+        """What was said of each motion, by (value, identity)."""
+        absent = {"status": NOT_RUN, "trouble": ""}
+        places = [(i, n + 1) for i, n in np.ndindex(self.shape)]
+        entries = [(f"{i} {n}", answers.get((i, n), absent)) for i, n in places]
+        keys = [key for key, _ in entries]
+        found = gather.dataset("attractors", self, keys, lambda: iter(entries))
+        found = found.rename(cell_status="attractor_status").drop_vars("period", errors="ignore")
+        found["attractor_status"].attrs["long_name"] = (
+            "how the motion's description ended; not_run: not there"
+        )
+        counts = numbered("point", plan.keep, "section point")
+        counts |= numbered("exponent", plan.exponents, "number of the exponent", 1)
+        counts |= numbered("multiplier", found.sizes.get("multiplier", 0), section_exponents.NUMBER, 1)
+        found.attrs.pop("swept")
+        return found.assign_coords({dim: each for dim, each in counts.items() if dim in found.dims})
+
+    def fractions(self) -> dict[str, Any]:
+        """Periods of motions, and fractions of the starts: of those of a value that could start."""
+        started = self.starts - self._counted("no_start")
+        count, low, high = self._filled("count", 0), *np.full((2, *self.shape), np.nan)
+        for i, total in enumerate(started):
+            low[i], high[i] = wilson(count[i], int(total))
+        there = self._filled("period", ABSENT) > ABSENT
+        share = {"fraction": _over(count, started[:, None]), "fraction_low": low, "fraction_high": high}
+        found = {name: np.where(there, each, np.nan) for name, each in share.items()}
+        found |= {"period": self._filled("period", ABSENT), "count": np.where(there, count, 0).astype(int)}
+        found["carried"] = (there & (count == 0)).astype(np.int8)
+        found |= {"watched_turns": self._filled("watched", 0), "section_distance": self._placed(self.apart)}
+        return found | self._ends(started)
+
+    def _ends(self, started: np.ndarray) -> dict[str, Any]:
+        """How the starts of each value ended that reach no motion."""
+        unsettled = self._counted("unsettled")
+        pairs = [wilson(n, int(total)) for n, total in zip(unsettled, started, strict=True)]
+        low, high = np.array(pairs, dtype=float).reshape(-1, 2).T
+        with np.errstate(divide="ignore"):
+            missed = np.where(started > 0, 1 - MISSED ** (1 / np.maximum(started, 1)), 1.0)
+        return {
+            "started": started,
+            "fraction_unsettled": _over(unsettled, started),
+            "fraction_unsettled_low": low,
+            "fraction_unsettled_high": high,
+            "fraction_failed": _over(self._counted("failed"), started),
+            "fraction_missed": missed,
+            "value_status": [each["status"] for each in self.seeded],
+            "value_trouble": np.array([each.get("trouble", "") for each in self.seeded], dtype=str),
+        }
+
+    def changes(self, events: Sequence[Change]) -> dict[str, Any]:
+        """Where identities begin and end."""
+        values = np.array(self.axis.values)
+        between = np.array([each.between for each in events], dtype=int).reshape(-1, 2)
+        return {
+            "change_identity": self._whole(each.identity for each in events),
+            "change_other": self._whole(each.other for each in events),
+            "change_low": values[between[:, 0]],
+            "change_high": values[between[:, 1]],
+            "change_kind": [EVENTS.index(each.kind) for each in events],
+        }
+
+    @staticmethod
+    def _whole(each: Iterable[int]) -> np.ndarray:
+        return np.array([*each], dtype=np.int32)
+
+    def _filled(self, name: str, missing: int) -> np.ndarray:
+        return self._placed([[each[name] for each in row] for row in self.motions], missing).astype(np.int32)
+
+    def _placed(self, rows: Sequence[Sequence[float]], missing: float = np.nan) -> np.ndarray:
+        """Numbers of motions, by value and identity."""
+        table = np.full(self.shape, missing, dtype=float)
+        for i, (numbers, row) in enumerate(zip(self.numbers, rows, strict=True)):
+            table[i, np.array(numbers, dtype=int) - 1] = row
+        return table
+
+    def _counted(self, name: str) -> np.ndarray:
+        """Starts of each value that ended in a way; all of a value that could not be searched failed."""
+        missing = self.starts if name == "failed" else 0
+        return np.array([each.get(name, missing) for each in self.seeded], dtype=int)
+
+
+def _over(count: np.ndarray, total: np.ndarray) -> np.ndarray:
+    """Fractions; NaN of nothing."""
+    return np.where(total > 0, count / np.maximum(total, 1), np.nan)
 
 
 def _followed(shared, axis: Axis, motions, numbers, max_steps: int | None, n_jobs: int | None):

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.coexisting.identity import Change
-from jointplay.analysis.labels import coded, labelled
+from jointplay.analysis.labels import Out
 from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.orbits.continuation import continuation
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.vary import Axis
 from jointplay.jobs.job import Entry
 
@@ -72,7 +73,19 @@ def followed(
     return {"status": int(branch["status"]), "kind": kinds, "parameter": branch["special_parameter"].values}
 
 
-def variables(
+OUTS = {
+    "special_parameter": Out("special", "parameter at a special point", "{units}", "with `bifurcations`"),
+    "special_identity": Out("special", "motion on whose branch it lies"),
+    "special_period": Out("special", "period of the orbit that was followed"),
+    "branch_identity": Out("branch", "motion that was followed as an orbit"),
+    "branch_period": Out("branch", "its period"),
+    "branch_status": Out("branch", "how the search for the orbit ended", flags=STATUS),
+    "special_kind": Out("special", "what changes there", flags=KINDS),
+    "change_bifurcation": Out("change", "bifurcation found there", flags=(*KINDS, "none")),
+}
+
+
+def values(
     axis: Axis, cells: Sequence[Mapping[str, Any]], answers: Sequence[Entry], events: Sequence[Change]
 ) -> dict[str, Any]:
     """Special points by identity, and the kind of any between the values of a beginning or an end."""
@@ -84,23 +97,15 @@ def variables(
     rows = sorted(rows, key=lambda row: (row[2], row[1], row[3], row[0]))
     kind, value, identity, period = np.array(rows, dtype=float).reshape(-1, 4).T
     whole = {name: np.array([cell[name] for cell in cells], dtype=int) for name in ("identity", "period")}
-    orbits = {
-        "branch_identity": (whole["identity"], "1", "motion that was followed as an orbit"),
-        "branch_period": (whole["period"], "1", "its period"),
-    }
-    ended = [answer["status"] for answer in answers]
-    table = {
-        "special_parameter": (value, axis.units, "parameter at a special point"),
-        "special_identity": (identity.astype(int), "1", "motion on whose branch it lies"),
-        "special_period": (period.astype(int), "1", "period of the orbit that was followed"),
-    }
-    of = [_between(axis, each, rows) for each in events]
     return {
-        **labelled(table, "special"),
-        **labelled(orbits, "branch"),
-        "branch_status": coded("branch", ended, "how the search for the orbit ended"),
-        "special_kind": coded("special", kind, "what changes there", KINDS),
-        "change_bifurcation": coded("change", of, "bifurcation found there", (*KINDS, "none")),
+        "special_parameter": value,
+        "special_identity": identity.astype(int),
+        "special_period": period.astype(int),
+        "branch_identity": whole["identity"],
+        "branch_period": whole["period"],
+        "branch_status": [answer["status"] for answer in answers],
+        "special_kind": kind,
+        "change_bifurcation": [_between(axis, each, rows) for each in events],
     }
 
 

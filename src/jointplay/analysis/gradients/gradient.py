@@ -20,17 +20,21 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from jointplay.analysis import rules
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.gradients import gradient_dataset, multipliers, wanted
 from jointplay.analysis.gradients.evaluated import Run, nearness
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS, WHY
 from jointplay.analysis.keywords import Moving, Names, Settling, analysis
-from jointplay.analysis.labels import coded, outcome
+from jointplay.analysis.labels import Out, ended
 from jointplay.analysis.orbits.orbit_request import section_fits, start_fits
 from jointplay.analysis.orbits.orbit_search import Search, at_phase, search
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.starts import free_states, moved, placed, state_names
+from jointplay.display import codes
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse, warn
+from jointplay.display.number_text import plain
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Flag, Natural
 from jointplay.solver.mechanism.directions import Directions, of_start, stacked
@@ -43,6 +47,7 @@ from jointplay.solver.motion.looks import part
 if TYPE_CHECKING:
     import xarray as xr
 
+LEADING = 3  # quantities, and parameters of each, whose derivatives are named
 LOOSER = 10.0  # tolerance of the second run, in that of the first: their distance is the error
 
 
@@ -65,7 +70,61 @@ def _orbit_fits(mechanism: Mechanism | TestSystem, orbit: bool, section: Plane |
         yield from section_fits(mechanism, section)
 
 
-@analysis(wanted.quantities_fit, _by_fits, _orbit_fits, start_fits, usual={"rtol": 1e-10})
+def answer(result: xr.Dataset) -> str:
+    """what each quantity depends on most, relatively, and whether there is a derivative."""
+    verdict = str(codes.words(result["derivative_status"]).item())
+    if not np.isfinite(result["derivative"].values).any():
+        return f"no derivative: {WHY.get(verdict, verdict)}"
+    lines = [_quantity(result.isel(quantity=i)) for i in range(min(LEADING, result.sizes["quantity"]))]
+    if verdict != "ok":
+        lines.append(f"hardly a derivative here: {WHY.get(verdict, verdict)}")
+    return "\n".join(lines)
+
+
+def _quantity(one: xr.Dataset) -> str:
+    sizes = np.nan_to_num(one["relative_sensitivity"].values)
+    order = np.argsort(-np.abs(sizes), kind="stable")[:LEADING]
+    parts = [f"{plain(float(sizes[i]), 3)} by {one['parameter'].values[i]}" for i in order if sizes[i]]
+    name, units = str(one["quantity"].item()), str(one["quantity_units"].item())
+    value = f"{name} = {plain(float(one['value']), 6)}" + (f" {units}" if units != "1" else "")
+    return (
+        f"{value}: relative sensitivity {', '.join(parts)}" if parts else f"{value}: depends on none of them"
+    )
+
+
+UNITS = "in the units of quantity_units"
+STATE = "in rad, m and their rates, or a system's own units"
+BOTH = ("quantity", "parameter")
+OUTPUTS = Outputs(
+    "gradient",
+    gradient_dataset.LABELS | {"state": Out("state", "state", "")},
+    {
+        "value": Out("quantity", f"value, {UNITS}"),
+        "derivative": Out(BOTH, f"derivative, {UNITS} over parameter_units"),
+        "error": Out(BOTH, f"error of the derivative, {UNITS} over parameter_units"),
+        "relative_sensitivity": Out(
+            BOTH,
+            "relative change over that of the parameter",
+            about="(p/q) dq/dp",
+            at={"quantity": "largest", "parameter": "largest"},
+        ),
+        "parameter_value": Out("parameter", "value, in the units of parameter_units"),
+        "derivative_status": Out((), "whether there is a derivative", flags=VERDICTS),
+        "grazing": Out((), "slowest event: of a guard relative to its terms, of a gap to the fastest"),
+        "nearest_events": Out((), "shortest time between events of two contacts, over the period"),
+        "closest_approach": Out((), "smallest gap left in flight, over the clearance"),
+        "orbit_state": Out("state", f"state where the orbit starts, {STATE}"),
+        "orbit_state_derivative": Out(
+            ("state", "parameter"), f"derivative of that state, {STATE}, over parameter_units"
+        ),
+    }
+    | OUTCOME,
+    answer,
+    shown={"relative_sensitivity": ""},
+)
+
+
+@analysis(wanted.quantities_fit, _by_fits, _orbit_fits, start_fits, usual={"rtol": 1e-10}, outputs=OUTPUTS)
 def gradient(
     mechanism: Moving,
     *,
@@ -102,21 +161,11 @@ def gradient(
     section : Plane, optional
         Of a system that nothing forces: a plane of a state, at whose last passage the turns end.
 
-    Returns
-    -------
-    xarray.Dataset
-        Over ``quantity``: ``value``; over ``quantity`` and ``parameter``: ``derivative``, its ``error``, and
-        ``relative_sensitivity``, (p/q) dq/dp; ``derivative_status`` (0: there is one), and how near the
-        motion is to grazing and to simultaneous events; of an orbit ``orbit_state``, where it starts, and
-        ``orbit_state_derivative``; ``status``.
-
     Raises
     ------
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    import xarray as xr
-
     began = time.perf_counter()
     quantities = [wanted.quantity(name) for name in of or wanted.usual_quantities(mechanism)]
     keys = by or wanted.usual_parameters(mechanism)
@@ -154,15 +203,16 @@ def gradient(
     if verdict and not status:
         warn(f"there is hardly a derivative here: {WHY[VERDICTS[verdict]]}")
     present = np.array([_present(mechanism, key, initial) for key in keys])
-    table = gradient_dataset.variables(values, slopes, error, present)
-    table |= {"derivative_status": coded((), verdict, "whether there is a derivative", VERDICTS)}
-    table |= gradient_dataset.nearness(near)
-    attributes = {"Conventions": "CF-1.11", "kind": "gradient"}
-    labels = gradient_dataset.labels(quantities, keys, mechanism)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        relative = slopes * present / values[:, None]
+    table = gradient_dataset.labels(quantities, keys, mechanism) | ended(status, began)
+    table |= {"value": values, "derivative": slopes, "error": error, "relative_sensitivity": relative}
+    table |= {"parameter_value": present, "derivative_status": verdict}
+    table |= dict(zip(("grazing", "nearest_events", "closest_approach"), near, strict=True))
     if orbit and run is not None:
-        table |= gradient_dataset.of_orbit(run.model.state, run.directions.starts)
-        labels["state"] = "state", np.array(state_names(run.model)), {"long_name": "state"}
-    return xr.Dataset(table | outcome(status, began), labels, attributes)
+        table |= {"orbit_state": run.model.state, "orbit_state_derivative": run.directions.starts.T}
+        table["state"] = np.array(state_names(run.model))
+    return OUTPUTS.dataset(table)
 
 
 def _start(mechanism: Mechanism | TestSystem, initial: Any) -> Any:

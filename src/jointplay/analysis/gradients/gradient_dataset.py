@@ -1,4 +1,4 @@
-"""Datasets of `gradient`: values and derivatives, and whether there are any."""
+"""Whether there are derivatives, and what quantities and parameters are called."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.gradients import wanted
-from jointplay.analysis.labels import labelled, number
+from jointplay.analysis.labels import Out
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
@@ -34,53 +34,20 @@ def verdict(near: tuple[float, float, float], equal: bool = False, opened: bool 
     return next(close, VERDICTS.index(usual))
 
 
-def variables(
-    values: np.ndarray, slopes: np.ndarray, error: np.ndarray, present: np.ndarray
-) -> dict[str, Any]:
-    """Values, derivatives, their errors and relative sensitivities, at present values of parameters."""
-    both, units = ("quantity", "parameter"), "in the units of quantity_units"
-    with np.errstate(invalid="ignore", divide="ignore"):
-        relative = slopes * present / values[:, None]
-    return {
-        "value": number("quantity", values, "1", f"value, {units}"),
-        "derivative": number(both, slopes, "1", f"derivative, {units} over parameter_units"),
-        "error": number(both, error, "1", f"error of the derivative, {units} over parameter_units"),
-        "relative_sensitivity": number(both, relative, "1", "relative change over that of the parameter"),
-        "parameter_value": number("parameter", present, "1", "value, in the units of parameter_units"),
-    }
-
-
-def nearness(near: tuple[float, float, float]) -> dict[str, Any]:
-    """Nearness of the motion to places where derivatives end, as `evaluated.nearness` gives it."""
-    words = {
-        "grazing": "slowest event: of a guard relative to its terms, of a gap to the fastest",
-        "nearest_events": "shortest time between events of two contacts, over the period",
-        "closest_approach": "smallest gap left in flight, over the clearance",
-    }
-    return labelled({name: (v, "1", text) for (name, text), v in zip(words.items(), near, strict=True)})
-
-
-def of_orbit(state: np.ndarray, moves: np.ndarray) -> dict[str, Any]:
-    """Starting state of an orbit, and its derivatives in each parameter (a row each)."""
-    units = "in rad, m and their rates, or a system's own units"
-    return {
-        "orbit_state": number("state", state, "1", f"state where the orbit starts, {units}"),
-        "orbit_state_derivative": number(
-            ("state", "parameter"), moves.T, "1", f"derivative of that state, {units}, over parameter_units"
-        ),
-    }
+LABELS = {
+    "quantity": Out("quantity", "quantity", ""),
+    "quantity_units": Out("quantity", "units of the quantity", ""),
+    "parameter": Out("parameter", "parameter", ""),
+    "parameter_units": Out("parameter", "units of the parameter", ""),
+}
 
 
 def labels(quantities: list, keys: tuple[str, ...], mechanism: Mechanism | TestSystem) -> dict[str, Any]:
-    """Names and units of quantities and parameters."""
-
-    def named(dim: str, texts: list[str], text: str) -> tuple:
-        return dim, np.array(texts), {"long_name": text}
-
+    """Values of `LABELS`: names and units of quantities and parameters."""
     units = ["1" if key.startswith(wanted.INITIAL) else Parameter(mechanism, key).cf_units for key in keys]
     return {
-        "quantity": named("quantity", [each.name for each in quantities], "quantity"),
-        "quantity_units": named("quantity", [each.units for each in quantities], "units of the quantity"),
-        "parameter": named("parameter", list(keys), "parameter"),
-        "parameter_units": named("parameter", units, "units of the parameter"),
+        "quantity": np.array([each.name for each in quantities]),
+        "quantity_units": np.array([each.units for each in quantities]),
+        "parameter": np.array(list(keys)),
+        "parameter_units": np.array(units),
     }

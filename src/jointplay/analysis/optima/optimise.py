@@ -29,18 +29,22 @@ import numpy as np
 from pydantic import Field
 
 from jointplay.analysis.coexisting.region import Region
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.gradients import gradient_dataset, wanted
 from jointplay.analysis.gradients.gradient import gradient, start_section
 from jointplay.analysis.gradients.multipliers import MULTIPLIERS
 from jointplay.analysis.keywords import Moving, Quantity, Settling, Small, analysis
-from jointplay.analysis.labels import coded, number, outcome
+from jointplay.analysis.labels import Out, ended
 from jointplay.analysis.optima.asked import FORCE, aim_fits, bounds_fit, contacts, ideal_fits
 from jointplay.analysis.optima.descent import descended
 from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.orbits.orbit_request import start_fits
-from jointplay.analysis.quantities import WORDS
+from jointplay.analysis.quantities import STATUS, WORDS
 from jointplay.analysis.simulate import simulate
+from jointplay.display import codes
 from jointplay.display.errors import ModelWarning
+from jointplay.display.number_text import plain
 from jointplay.solver.mechanism.base import Flag, Natural, Number, unit
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
@@ -48,7 +52,16 @@ from jointplay.solver.mechanism.records import Mechanism, TestSystem
 if TYPE_CHECKING:
     import xarray as xr
 
-ENDS = ("converged", "no_descent", "infeasible", "iterations", "no_motion")
+WHY = {  # a search ended so
+    "converged": "",
+    "no_descent": "the search stopped where no step went further down",
+    "infeasible": "no design was found that keeps the constraints",
+    "iterations": "the search stopped at its last iteration",
+    "no_motion": "the motion at first has no derivative; with another start, or ideal = true, it may",
+}
+ENDS = tuple(WHY)
+AGREED = 1e-4  # relative difference up to which two motions have the same value
+LISTED = 6  # parameters of a design named in a line
 INFINITE = (-math.inf, math.inf)
 FIRST, WIDER = 0.1, 10**0.5  # share of the clearance in the first step; of the next in each
 STAGES, TRIES = 4, 4  # steps to the whole clearance where none fails; steps that may fail
@@ -57,9 +70,117 @@ IDEAL = "reaction:"
 TIGHT, SHOWN = 1e-10, 20  # tolerance of the runs; turns of them
 DRAWN, SAMPLES = 2, 720  # turns that are drawn; samples of each
 EXTREMES = ("largest", "smallest")
+COURSE = {"name": "long_name", "units": "units"}
 
 
-@analysis(bounds_fit, aim_fits, ideal_fits, start_fits, usual={"rtol": 1e-10})
+def answer(result: xr.Dataset) -> str:
+    """the best design, its values before and after, and what speaks against it."""
+    end = str(codes.words(result["end"]).item())
+    if end == "infeasible":
+        return "\n".join([WHY[end] + _play(result), *_missed(result)])
+    if int(result["status"]):
+        return f"no optimum: {WHY[end] or 'no motion'}"
+    lines = [f"{result.attrs['aim']}: {_changes(result)}", *_before_and_after(result)[:1]]
+    doubts = [WHY[end]] if WHY[end] else []
+    followed = [name.partition(":")[0] not in MULTIPLIERS for name in result["quantity"].values]
+    if result["confirmed_to"].fillna(1.0).values[followed].max(initial=0.0) > AGREED:
+        doubts.append("the motion from the usual start does not settle to the orbit that was optimised")
+    if float(result["neighbour_gain"]) > 0:
+        gain = plain(float(result["neighbour_gain"]), 3)
+        doubts.append(f"a design {plain(100 * result.attrs['neighbourhood'], 3)} % away is better by {gain}")
+    return "\n".join([*lines, "; ".join(doubts)] if doubts else lines)
+
+
+def _changes(result: xr.Dataset) -> str:
+    rows = zip(
+        result["parameter"].values,
+        result["first_value"].values,
+        result["optimum"].values,
+        result["parameter_units"].values,
+        strict=True,
+    )
+    told = [
+        f"{name} {plain(float(first), 4)} to {plain(float(last), 4)}" + (f" {units}" if units != "1" else "")
+        for name, first, last, units in rows
+    ]
+    return ", ".join(told[:LISTED]) + (" and others" if len(told) > LISTED else "")
+
+
+def _before_and_after(result: xr.Dataset) -> list[str]:
+    told = []
+    for i in range(result.sizes["quantity"]):
+        one, unit = result.isel(quantity=i), str(result["quantity_units"].values[i])
+        before = plain(float(one["before"]), 4) if np.isfinite(one["before"]) else "unknown"
+        after = plain(float(one["value"]), 6) + (f" {unit}" if unit != "1" else "")
+        told.append(f"{one['quantity'].item()} {before} before, {after} after")
+    return ["; ".join(told)]
+
+
+def _play(result: xr.Dataset) -> str:
+    """Up to which share of the clearance there are designs, where it is not all of it."""
+    share = float(result["play_kept"])
+    return "" if share == 1 else f"; with {plain(100 * share, 3)} % of the clearance there are some"
+
+
+def _missed(result: xr.Dataset) -> list[str]:
+    """What is not kept at the best design, and the bounds at which that stands."""
+    told = []
+    for one in (result.isel(quantity=i) for i in range(result.sizes["quantity"])):
+        value, low, high = (float(one[name]) for name in ("value", "limit_low", "limit_high"))
+        limit = f"at least {plain(low, 4)}" if not value >= low else f"at most {plain(high, 4)}"
+        if not low <= value <= high:
+            now = plain(value, 4) if np.isfinite(value) else "unknown"
+            told.append(f"{one['quantity'].item()} is {now}, {limit} is asked for")
+    low, high, at = (result[name].values for name in ("low", "high", "optimum"))
+    ends = ((at - low <= 1e-6 * (high - low), "lowest"), (high - at <= 1e-6 * (high - low), "highest"))
+    names = result["parameter"].values
+    bound = [f"{names[i]} at its {word} value" for there, word in ends for i in np.flatnonzero(there)]
+    return ["; ".join(told), ", ".join(bound)][: 1 + bool(bound)]
+
+
+IN_QUANTITY, IN_PARAMETER = "in the units of quantity_units", "in the units of parameter_units"
+OUTPUTS = Outputs(
+    "optimise",
+    gradient_dataset.LABELS | {"side": Out("side", "side of the optimum", "")},
+    {
+        "tried_value": Out(("iteration", "parameter"), f"value tried, {IN_PARAMETER}"),
+        "tried_quantity": Out(("iteration", "quantity"), f"value, {IN_QUANTITY}"),
+        "objective": Out("iteration", "what is made least or largest"),
+        "tried_missed": Out("iteration", "by how much the worst constraint is not kept, relative"),
+        "tried_share": Out("iteration", "share of the clearance in this trial"),
+        "tried_status": Out("iteration", "how the trial ended", flags=STATUS),
+        "tried_derivative_status": Out(
+            "iteration", "whether there is a derivative", flags=gradient_dataset.VERDICTS
+        ),
+        "first_value": Out("parameter", f"value at first, {IN_PARAMETER}"),
+        "optimum": Out("parameter", f"value at the optimum, {IN_PARAMETER}"),
+        "low": Out("parameter", f"lowest value, {IN_PARAMETER}"),
+        "high": Out("parameter", f"highest value, {IN_PARAMETER}"),
+        "neighbour_objective": Out(("parameter", "side"), "objective beside the optimum"),
+        "neighbour_allowed": Out(("parameter", "side"), "whether the constraints are kept there"),
+        "neighbour_gain": Out((), "by how much the best allowed neighbour is better"),
+        "value": Out("quantity", f"at the optimum, {IN_QUANTITY}"),
+        "before": Out("quantity", f"of the motion at first, {IN_QUANTITY}"),
+        "after": Out("quantity", f"of the motion at the optimum, followed from its start, {IN_QUANTITY}"),
+        "confirmed_to": Out("quantity", "relative difference of value and after"),
+        "course_before": Out("time_before", "{name}", "{units}", "at first"),
+        "time_before": Out("time_before", "time", "s"),
+        "course_after": Out("time_after", "{name}", "{units}", "at the optimum"),
+        "time_after": Out("time_after", "time", "s"),
+        "end": Out((), "how the search ended", flags=ENDS),
+        "missed": Out((), "by how much the worst constraint is not kept, relative"),
+        "play_kept": Out(
+            (), "share of the clearance up to which designs that keep the constraints were found"
+        ),
+        "limit_low": Out("quantity", f"lowest accepted value, {IN_QUANTITY}"),
+        "limit_high": Out("quantity", f"highest accepted value, {IN_QUANTITY}"),
+    }
+    | OUTCOME,
+    answer,
+)
+
+
+@analysis(bounds_fit, aim_fits, ideal_fits, start_fits, usual={"rtol": 1e-10}, outputs=OUTPUTS)
 def optimise(
     mechanism: Moving,
     *,
@@ -107,20 +228,11 @@ def optimise(
     progress : callable, optional
         Called with the fraction done, of at most `max_iterations` designs in each stage.
 
-    Returns
-    -------
-    xarray.Dataset
-        Over ``iteration`` and ``parameter``: the designs tried; ``optimum`` and ``first_value``; over
-        ``quantity``: values at the optimum, and of the motions before and after, followed at rtol 1e-10;
-        ``neighbour_objective``; ``end``, how the search ended; ``status``.
-
     Raises
     ------
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    import xarray as xr
-
     began = time.perf_counter()
     limits = {name: tuple(pair) for name, pair in (subject or {}).items()}
     for contact in contacts(mechanism) if keep else ():
@@ -152,75 +264,45 @@ def optimise(
     table |= beside(trials, aim, found, neighbourhood, tolerance)
     runs = [followed(design, names, by, settings) for design in (mechanism, trials.design(found.x))]
     table |= _motions(runs, found)
-    table["end"] = coded((), ENDS.index(end), "how the search ended", ENDS)
-    table["missed"] = number(
-        (), aim.missed(found), "1", "by how much the worst constraint is not kept, relative"
-    )
-    told = "share of the clearance up to which designs that keep the constraints were found"
-    table["play_kept"] = number((), kept, "1", told)
-    for name, word, limit in zip(("low", "high"), ("lowest", "highest"), aim.limits.T, strict=True):
-        told = f"{word} accepted value, in the units of quantity_units"
-        table[f"limit_{name}"] = number("quantity", limit, "1", told)
-    labels = gradient_dataset.labels([wanted.quantity(name) for name in names], tuple(by), mechanism)
-    labels["side"] = "side", np.array(["below", "above"]), {"long_name": "side of the optimum"}
-    attributes = {"Conventions": "CF-1.11", "kind": "optimise", "aim": _told(least, most)}
-    attributes |= {"tolerance": tolerance, "neighbourhood": neighbourhood}
-    return xr.Dataset(table | outcome(found.status, began), labels, attributes)
+    table |= {"end": ENDS.index(end), "missed": aim.missed(found), "play_kept": kept}
+    table |= {"limit_low": aim.limits[:, 0], "limit_high": aim.limits[:, 1]} | ended(found.status, began)
+    table |= gradient_dataset.labels([wanted.quantity(name) for name in names], tuple(by), mechanism)
+    table["side"] = np.array(["below", "above"])
+    course = next((course for _, course in runs if course is not None), None)
+    of = None if course is None else {key: course.attrs[word] for key, word in COURSE.items()}
+    told = {"aim": _told(least, most), "tolerance": tolerance, "neighbourhood": neighbourhood}
+    return OUTPUTS.dataset(table, of=of, **told)
 
 
 def _way(trials: Trials, aim: Aim) -> dict[str, Any]:
     """The designs tried, in order."""
     made = trials.made
-    with_play = [each.share == 1 and not each.status for each in made]
-    objective = [aim.shown(each) if there else np.nan for each, there in zip(made, with_play, strict=True)]
-    each_missed = [aim.missed(each) if there else np.nan for each, there in zip(made, with_play, strict=True)]
-    variables = [trials.low + trials.width * each.x for each in made]
-    units, steps = "in the units of", ("iteration",)
+    whole = [each if each.share == 1 and not each.status else None for each in made]  # with all the play
     return {
-        "tried_value": number((*steps, "parameter"), variables, "1", f"value tried, {units} parameter_units"),
-        "tried_quantity": number(
-            (*steps, "quantity"),
-            np.array([each.values for each in made]),
-            "1",
-            f"value, {units} quantity_units",
-        ),
-        "objective": number(steps, objective, "1", "what is made least or largest"),
-        "tried_missed": number(
-            steps, each_missed, "1", "by how much the worst constraint is not kept, relative"
-        ),
-        "tried_share": number(
-            steps, [each.share for each in made], "1", "share of the clearance in this trial"
-        ),
-        "tried_status": coded(steps, [each.status for each in made], "how the trial ended"),
-        "tried_derivative_status": coded(
-            steps, [each.verdict for each in made], "whether there is a derivative", gradient_dataset.VERDICTS
-        ),
+        "tried_value": np.asarray([trials.low + trials.width * each.x for each in made]),
+        "tried_quantity": np.array([each.values for each in made]),
+        "objective": np.asarray([np.nan if each is None else aim.shown(each) for each in whole]),
+        "tried_missed": np.asarray([np.nan if each is None else aim.missed(each) for each in whole]),
+        "tried_share": np.asarray([each.share for each in made]),
+        "tried_status": [each.status for each in made],
+        "tried_derivative_status": [each.verdict for each in made],
     }
 
 
 def _optimum(trials: Trials, found: Trial, first: np.ndarray) -> dict[str, Any]:
-    units = "in the units of parameter_units"
-    rows = {"first_value": (first, "value at first")}
-    rows |= {"optimum": (trials.low + trials.width * found.x, "value at the optimum")}
-    rows |= {"low": (trials.low, "lowest value"), "high": (trials.low + trials.width, "highest value")}
-    return {name: number("parameter", value, "1", f"{text}, {units}") for name, (value, text) in rows.items()}
+    there = {"first_value": first, "optimum": trials.low + trials.width * found.x}
+    return there | {"low": trials.low, "high": trials.low + trials.width}
 
 
 def _motions(runs: list, found: Trial) -> dict[str, Any]:
     """Values of the motions before and after, and their courses."""
-    units = "in the units of quantity_units"
     (before, first), (after, last) = runs
     with np.errstate(invalid="ignore", divide="ignore"):
         apart = np.abs(after - found.values) / np.where(found.values != 0, np.abs(found.values), 1.0)
-    rows = {"value": (found.values, "at the optimum"), "before": (before, "of the motion at first")}
-    rows |= {"after": (after, "of the motion at the optimum, followed from its start")}
-    table = {name: number("quantity", value, "1", f"{text}, {units}") for name, (value, text) in rows.items()}
-    table["confirmed_to"] = number("quantity", apart, "1", "relative difference of value and after")
+    table = {"value": found.values, "before": before, "after": after, "confirmed_to": apart}
     for name, course in (("before", first), ("after", last)):
         if course is not None:
-            told = {"units": course.attrs["units"], "long_name": course.attrs["long_name"]}
-            table[f"course_{name}"] = f"time_{name}", course.values, told
-            table[f"time_{name}"] = number(f"time_{name}", course["time"].values, "s", "time")
+            table |= {f"course_{name}": course.values, f"time_{name}": course["time"].values}
     return table
 
 
@@ -294,12 +376,8 @@ def beside(trials: Trials, aim: Aim, found: Trial, share: float, tolerance: floa
     best = aim.shown(found) if not found.status else np.nan
     gain = np.where(allowed, aim.sign * (best - value), np.nan)
     most = np.max(gain, initial=-np.inf, where=np.isfinite(gain)) if np.isfinite(gain).any() else 0.0
-    both = ("parameter", "side")
-    return {
-        "neighbour_objective": number(both, value, "1", "objective beside the optimum"),
-        "neighbour_allowed": number(both, allowed, "1", "whether the constraints are kept there"),
-        "neighbour_gain": number((), max(most, 0.0), "1", "by how much the best allowed neighbour is better"),
-    }
+    gain = max(most, 0.0)
+    return {"neighbour_objective": value, "neighbour_allowed": allowed, "neighbour_gain": gain}
 
 
 def followed(
