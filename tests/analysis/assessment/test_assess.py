@@ -147,6 +147,13 @@ def test_what_cannot_be_assessed_is_refused(changes, keywords, key):
     assert [problem.key for problem in caught.value.problems] == [key]
 
 
+def test_play_in_a_guide_is_refused_by_the_guide():
+    """Its four corners are contacts, which never all touch at once: contact would always count as lost."""
+    with pytest.raises(InputError) as caught:
+        jp.assess(jp.catalog.slider_crank(clearance={"B": 1e-4, "G": 1e-4}))
+    assert [problem.key for problem in caught.value.problems] == ["mechanism.joints.G.clearance"]
+
+
 def test_a_test_system_is_refused():
     with pytest.raises(InputError, match="a linkage is accepted"):
         jp.assess(jp.catalog.impact_pair(3.0, 0.8))

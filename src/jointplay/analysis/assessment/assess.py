@@ -126,6 +126,10 @@ def _assessable(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
         return
     if not mechanism.clearance_joints:
         yield Problem("mechanism.joints", "no clearance", "clearance in at least one joint is needed")
+    for joint in mechanism.clearance_joints:
+        if joint.kind == "prismatic":
+            where = f"mechanism.joints.{joint.name}.clearance"
+            yield Problem(where, joint.clearance, "0 is accepted of a guide: clearance in others is assessed")
     if mechanism.drive is None:
         yield Problem("mechanism.drive", NOTHING, "a drive that turns the crank is needed")
 
