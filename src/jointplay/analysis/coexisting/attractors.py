@@ -267,7 +267,7 @@ def attractors(
 
 @dataclass(frozen=True)
 class _Table:
-    """What was found at each value, and by which identity."""
+    """Motions found at each value, by identity."""
 
     axis: Axis
     motions: Sequence[Sequence[Mapping[str, Any]]]
@@ -278,7 +278,7 @@ class _Table:
 
     @property
     def dims(self) -> tuple[str, str]:
-        """What a motion is told by: value and identity."""
+        """Dimensions that identify a motion."""
         return self.axis.name, "identity"
 
     @property
@@ -293,7 +293,7 @@ class _Table:
         return {self.axis.name: self.axis.coordinate} | own
 
     def dataset(self, answers: Mapping[tuple[int, int], Entry], plan: Plan) -> xr.Dataset:
-        """What was said of each motion, by (value, identity)."""
+        """Dataset of the motions, by value and identity."""
         absent = {"status": NOT_RUN, "trouble": ""}
         places = [(i, n + 1) for i, n in np.ndindex(self.shape)]
         entries = [(f"{i} {n}", answers.get((i, n), absent)) for i, n in places]
@@ -324,7 +324,7 @@ class _Table:
         return found | self._ends(started)
 
     def _ends(self, started: np.ndarray) -> dict[str, Any]:
-        """How the starts of each value ended that reach no motion."""
+        """Numbers of starts at each value that reach no motion, by how they ended."""
         unsettled = self._counted("unsettled")
         pairs = [wilson(n, int(total)) for n, total in zip(unsettled, started, strict=True)]
         low, high = np.array(pairs, dtype=float).reshape(-1, 2).T
@@ -342,7 +342,7 @@ class _Table:
         }
 
     def changes(self, events: Sequence[Change]) -> dict[str, Any]:
-        """Where identities begin and end."""
+        """Values at which identities begin and end."""
         values = np.array(self.axis.values)
         between = np.array([each.between for each in events], dtype=int).reshape(-1, 2)
         return {

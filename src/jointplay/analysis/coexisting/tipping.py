@@ -98,7 +98,7 @@ def _knock(one: xr.Dataset) -> str:
 
 
 def _unsure(one: xr.Dataset, k: int, units: str) -> str:
-    """What is known of a knock that is not confirmed."""
+    """Sentence on a knock that is not confirmed."""
     names = ("knock_size", "knock_safe", "confirmed_size", "tipping_share")
     size, safe, sure, share = (float(one[name].values[k]) for name in names)
     below = "all smaller ones" if safe >= CLOSE * size else f"those up to {measure(safe, units, 3)}"
@@ -262,7 +262,7 @@ def tipping(
 
 
 def _edge_entry(orbit: Orbit, base: Model) -> Entry:
-    """What an answer says of an edge state: period, state at the section, multipliers, the largest first."""
+    """Entry of an edge state: period, state at the section, multipliers, the largest first."""
     state, _ = at_phase(orbit, base.crank_angle)
     each = multipliers(orbit.image.derivative)
     table = np.stack([each.real, each.imag], -1)

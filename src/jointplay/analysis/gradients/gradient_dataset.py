@@ -1,4 +1,4 @@
-"""Whether there are derivatives, and what quantities and parameters are called."""
+"""Existence of derivatives, and names of quantities and parameters."""
 
 from __future__ import annotations
 

@@ -123,7 +123,7 @@ def _play(result: xr.Dataset) -> str:
 
 
 def _missed(result: xr.Dataset) -> list[str]:
-    """What is not kept at the best design, and the bounds at which that stands."""
+    """Constraints that the best design misses, and the bounds that it stands at."""
     told = []
     for one in (result.isel(quantity=i) for i in range(result.sizes["quantity"])):
         value, low, high = (float(one[name]) for name in ("value", "limit_low", "limit_high"))

@@ -176,7 +176,7 @@ class Preset(Protocol):
 
 
 def preset(*references: str, **trial: Any) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Mark an entry of the catalog: its arguments are checked, and two things are kept beside it.
+    """Mark an entry of the catalog: its arguments are checked, its trial and its references kept with it.
 
     Parameters
     ----------
