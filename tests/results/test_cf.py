@@ -10,6 +10,7 @@ from jointplay.study.results import provenance
 from jointplay.study.results.store import write_result
 from tests.analysis.fuzz_values import CALLS, PAIR
 
+pytestmark = pytest.mark.peer
 runner = pytest.importorskip("compliance_checker.runner", reason="needs compliance-checker: the extra cf")
 
 # It subtracts neighbouring values of every coordinate, also of texts: an error of its own.

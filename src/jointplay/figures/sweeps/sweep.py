@@ -9,7 +9,7 @@ import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.units import Shown
-from jointplay.figures.drawing import artists, cell_quantity, missing_cells, select, style, sweep_axes
+from jointplay.figures.drawing import artists, cell_quantity, select, style, sweep_axes
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.parameter_map import colour_scale
 
@@ -25,6 +25,27 @@ LOOKS = ((style.BLACK, "o"), (style.BLUE, "s"), (style.AMBER, "^"), (style.GREY,
 PANELS = 9  # at most
 MAP_HEIGHT = 78.0  # mm, height of one
 ROW, BESIDE = 54.0, 14.0  # mm, height of a row of several, and of the rest
+ENTRY, LINE = 42.0, 5.0  # mm, width of an entry of the legend and height of its lines
+MARK = {"markersize": 4.0, "linestyle": "none"}
+# why a cell has no number, its face in a map, its mark below a curve
+REASONS: tuple[tuple[str, dict[str, Any], dict[str, Any]], ...] = (
+    (
+        "failed",
+        {"facecolor": "white", "edgecolor": style.WARNING, "hatch": "xxxxx"},
+        {"marker": "x", "color": style.WARNING, **MARK},
+    ),
+    (
+        "crashed",
+        {"facecolor": style.BLACK, "edgecolor": style.BLACK},
+        {"marker": "s", "color": style.BLACK, **MARK},
+    ),
+    (
+        "no value",
+        {"facecolor": style.DISC, "edgecolor": style.GREY, "hatch": "////"},
+        {"marker": "o", "color": style.GREY, "markerfacecolor": "white", **MARK},
+    ),
+)
+DOUBTFUL: dict[str, Any] = {"marker": "+", "color": style.WARNING, **MARK, "markersize": 6.0}
 
 
 @picture(checks={"at": lambda value: entries(value)})
@@ -98,14 +119,14 @@ def curves(part: Dataset, free: list[str], along: str | None, column: str | None
     for number in range(stacked.sizes["curve"]):
         one = stacked.isel(curve=number)
         curve(ax, one, over, unit, number, ", ".join(artists.valued(one[dim]) for dim in others))
-    if np.any(missing_cells.missing_reason(part)):  # room below, for their marks
+    if np.any(missing_reason(part)):  # room below, for their marks
         low, high = ax.get_ylim()
         ax.set_ylim(low - 0.06 * (len(others) + 1) * (high - low), high)
     name_x(ax, part, over)
     name_y(ax, part["value"], unit)
     bars = f"bars: {part.attrs['reach']}" if "low" in part else ""
-    handles = [*ax.get_legend_handles_labels()[0], *missing_cells.marks(part, faces=False)]
-    missing_cells.explain(figure, handles, bars)
+    handles = [*ax.get_legend_handles_labels()[0], *marks(part, faces=False)]
+    explain(figure, handles, bars)
     return figure
 
 
@@ -123,11 +144,11 @@ def curve(ax: Axes, one: Dataset, over: str, unit: Shown, number: int, label: st
         ax.errorbar(x[rise], y[rise], reach, **look, elinewidth=0.6, capsize=1.5, label=label or "_")
     else:
         ax.plot(x[rise], y[rise], **look, label=label or "_")
-    doubtful = missing_cells.doubtful(one)
-    ax.plot(x[doubtful], y[doubtful], **missing_cells.DOUBTFUL)
+    doubtful = doubtful_cells(one)
+    ax.plot(x[doubtful], y[doubtful], **DOUBTFUL)
     height, place = 0.03 + 0.05 * number, {"transform": ax.get_xaxis_transform(), "clip_on": False}
-    for code, (_, _, look) in enumerate(missing_cells.REASONS, start=1):
-        at = x[missing_cells.missing_reason(one) == code]
+    for code, (_, _, look) in enumerate(REASONS, start=1):
+        at = x[missing_reason(one) == code]
         if at.size:
             ax.plot(at, np.full(at.size, height), **look, label="_", **place)
 
@@ -184,24 +205,24 @@ def maps(part: Dataset, free: list[str], column: str | None) -> Figure:
     bar.locator = bar.locator if ticks else MaxNLocator(6)
     if ticks:
         bar.set_ticks(list(ticks), labels=[word.replace("_", " ") for word in ticks.values()])
-    missing_cells.explain(figure, missing_cells.marks(part, faces=True))
+    explain(figure, marks(part, faces=True))
     return figure
 
 
 def panel(ax: Axes, one: Dataset, names: Sequence[str], unit: Shown, look: dict[str, Any]) -> Any:
-    """Draw one map; cells without a number in the faces of `missing_cells.REASONS`."""
+    """Draw one map; cells without a number in the faces of `REASONS`."""
     from matplotlib.collections import PolyCollection
 
     values = artists.displayed(one["value"], unit)[0]
     mesh, middles = sweep_axes.colour_map(ax, one, names, values, look)
     y, x = map(sweep_axes.edges, middles)
-    why = missing_cells.missing_reason(one)
-    for code, (_, face, _) in enumerate(missing_cells.REASONS, start=1):
+    why = missing_reason(one)
+    for code, (_, face, _) in enumerate(REASONS, start=1):
         if np.any(why == code):
             ax.add_collection(PolyCollection(corners(x, y, why == code), linewidth=0.3, **face))
-    doubtful = missing_cells.doubtful(one)
+    doubtful = doubtful_cells(one)
     up, across = np.meshgrid(*middles, indexing="ij")
-    ax.plot(across[doubtful], up[doubtful], **missing_cells.DOUBTFUL)
+    ax.plot(across[doubtful], up[doubtful], **DOUBTFUL)
     return mesh
 
 
@@ -229,3 +250,46 @@ def shades(part: Dataset) -> tuple[dict[str, Any], str, str, dict[int, str]]:
     finite = values[np.isfinite(values)]
     usual = Normalize(finite.min(), finite.max()) if finite.size else Normalize(0, 1)
     return {"norm": usual} | look, label, extend, {}
+
+
+def missing_reason(part: Dataset) -> np.ndarray:
+    """Return why each cell has no value, as 1 + the index in `REASONS`; 0 where it has one."""
+    status = part["cell_status"].transpose(*part["value"].dims)
+    why = np.where(status == 0, 3, np.where(codes.words(status) == "crashed", 2, 1))
+    return np.where(np.isfinite(part["value"].values), 0, why)
+
+
+def doubtful_cells(part: Dataset) -> np.ndarray:
+    """Return which cells have a number although they did not end well."""
+    failed = part["cell_status"].transpose(*part["value"].dims).values != 0
+    return failed & np.isfinite(part["value"].values)
+
+
+def marks(part: Dataset, faces: bool) -> list[Any]:
+    """Return legend entries for the faces of a map, or the marks of curves, that occur."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    why, found = missing_reason(part), []
+    for code, (word, face, mark) in enumerate(REASONS, start=1):
+        if np.any(why == code):
+            found.append(Patch(**face, label=word) if faces else Line2D([], [], **mark, label=word))
+    if np.any(doubtful_cells(part)):
+        found.append(Line2D([], [], **DOUBTFUL, label="failed, with a value"))
+    return found
+
+
+def explain(figure: Figure, handles: list[Any], heading: str = "") -> None:
+    """Put a legend, if it has entries or a heading, below a figure, which grows by its height."""
+    from matplotlib.lines import Line2D
+
+    if heading and not handles:
+        handles, heading = [Line2D([], [], linestyle="none", label=heading)], ""
+    if not handles:
+        return
+    width, height = figure.get_size_inches()
+    columns = max(1, int(width / style.MILLIMETRE // ENTRY))
+    rows = -(-len(handles) // columns) + bool(heading)
+    figure.set_size_inches(width, height + rows * LINE * style.MILLIMETRE)
+    place = {"loc": "outside lower center", "ncols": columns, "columnspacing": 1.2}
+    figure.legend(handles=handles, title=heading, **place)
