@@ -49,11 +49,8 @@ def _tried(way: Callable[[Any, Any], Any] | None, mechanism: Any, value: Any) ->
 
 def _named(mechanism: Any, table: Any) -> Any:
     """A table of parameters, or of coordinates of starts."""
-    return (
-        in_si(table, {name: _units(mechanism, name) for name in table})
-        if isinstance(table, Mapping)
-        else table
-    )
+    units = {name: _units(mechanism, name) for name in table} if isinstance(table, Mapping) else None
+    return in_si(table, units)
 
 
 def _units(mechanism: Any, name: Any) -> str | None:

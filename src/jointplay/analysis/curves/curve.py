@@ -158,10 +158,7 @@ def curve(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    began, both = (
-        time.perf_counter(),
-        axes(mechanism, {key: list(ends) for key, ends in plane.items()}, "plane"),
-    )
+    began, both = time.perf_counter(), axes(mechanism, plane, "plane")
     first, second = plane
     limits, progress = (motion["rtol"], motion["max_steps"]), motion["progress"]
 
