@@ -3,9 +3,6 @@
 Meanwhile the structures that most tests use are compiled here, and not by every worker once more.
 """
 
-import re
-from pathlib import Path
-
 import hypothesis
 import pytest
 
@@ -21,7 +18,6 @@ hypothesis.settings.register_profile(  # a busy machine is no mistake of the pro
 )
 hypothesis.settings.load_profile("unhurried")
 
-SOON = Path(__file__).parents[1] / ".ci" / "long"  # long tests that are no nightly ones
 LOOPS = ("flow", "tangents.tangent_flow", "lanes.flow", "lanes.lane", "walls.wall_flow")
 
 
@@ -38,15 +34,9 @@ def pytest_configure(config):
             cache.method(loop)
 
 
-@pytest.hookimpl(tryfirst=True)  # before tests are chosen by their markers
 def pytest_collection_modifyitems(items):
-    """Long tests end too, after half an hour where they name no limit; `.ci/long` says which are nightly."""
-    lines = [line.strip() for line in SOON.read_text(encoding="utf-8").splitlines()] if SOON.exists() else []
-    soon = tuple(line for line in lines if line and line[0] not in "#!")
-    never = [re.compile(line[1:]) for line in lines if line.startswith("!")]
+    """Long tests end too, after half an hour where they name no limit."""
     for item in items:
-        if item.get_closest_marker("long") and not item.get_closest_marker("timeout"):
+        slow = item.get_closest_marker("long") or item.get_closest_marker("nightly")
+        if slow and not item.get_closest_marker("timeout"):
             item.add_marker(pytest.mark.timeout(1800))
-        late = not item.nodeid.startswith(soon) or any(each.search(item.nodeid) for each in never)
-        if item.get_closest_marker("long") and late:
-            item.add_marker(pytest.mark.nightly)

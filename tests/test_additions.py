@@ -85,7 +85,7 @@ def test_a_law_is_one_file_and_its_trial_reference_and_rows_of_tables_follow(cop
     copy.test(*(f"tests/equations/{name}" for name in tests), "tests/cli/test_cite.py", "-k", chosen)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_all_tests_of_laws_pass_with_one_more(copy):
     added = "".join(line for line in LAW.splitlines(keepends=True) if not line.startswith("from "))
     copy.edit(LAWS, lambda text: f"{text}\n{added}")

@@ -90,7 +90,7 @@ def test_no_edit_compiles_nothing_and_an_edit_shows(copy):
     unedited(copy, answer, KERNEL, "solver/method/modal_response.py", "c[0, 2] * a", "c[0, 2] * a * 2")
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_no_edit_compiles_nothing_and_an_edit_of_the_method_shows(copy):
     unedited(copy, run, BALL, "solver/method/step.py", "factor = 0.9 * error **", "factor = 0.5 * error **")
 
@@ -115,7 +115,7 @@ def test_what_is_warmed_is_made_by_no_other_process(copy):
     assert compiled(copy) == files
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_an_edit_of_an_equation_shows(copy):
     first = run(copy, LINKAGE)
     edit(
@@ -127,7 +127,7 @@ def test_an_edit_of_an_equation_shows(copy):
     assert max(abs(a - b) for a, b in zip(run(copy, LINKAGE), first, strict=True)) > 1e-6
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_cache_that_cannot_be_written_costs_only_time(copy):
     (copy / "cache").write_text("not a folder")
     assert run(copy, BALL, HOME=str(copy))

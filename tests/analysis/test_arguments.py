@@ -188,7 +188,7 @@ def test_angles_of_many_turns_are_refused():
 
 
 @pytest.mark.parametrize(
-    "clearance", [2.9e-4, pytest.param({"A": 1e-4, "B": 2.9e-4}, marks=pytest.mark.long)]
+    "clearance", [2.9e-4, pytest.param({"A": 1e-4, "B": 2.9e-4}, marks=pytest.mark.nightly)]
 )
 def test_a_start_far_outside_a_bearing_is_refused(clearance):
     """With clearance at two joints a link floats: its place is that of the ideal mechanism."""

@@ -80,7 +80,7 @@ def test_sine_modes_and_elements_bend_alike(speed):
     assert np.abs(ends[0] - ends[1]).max() < 1e-3 * np.abs(ends[0]).max()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_what_few_modes_and_elements_lack():
     """Elements that have no node in the middle lack the cubic's share there, 1/5 of one element's sag."""
     quick = {"turns": 1, "transient": 3, "rtol": 1e-11, "record": WORDS}
@@ -102,7 +102,7 @@ def stiffer(clearance, modulus):
     return float(np.abs(one.angle - other.angle).max())
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_stiff_link_moves_as_a_rigid_one():
     """The difference falls as 1/E, with play; in a closed loop it is nothing but the start's."""
     far, near = (stiffer(2.9e-5, modulus) for modulus in (2.1e15, 2.1e17))
@@ -135,7 +135,7 @@ def test_the_paper_s_inertia_terms_in_a_closed_loop():
     assert 1e-6 < apart(both, "reaction", pin="A") < 1e-4
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_paper_s_inertia_terms_with_play():
     """Deflection differs by 2e-4, contact force by 2.5e-4, the force at A by 1e-3; same contacts."""
     both = orders(["deflection", "reaction", "normal_force"])

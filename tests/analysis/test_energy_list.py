@@ -13,7 +13,7 @@ import pytest
 import jointplay as jp
 from tests.mechanism.test_stretching import stretching
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.nightly
 SPRINGY = jp.Contact(stiffness=1e7, damping=0.0)
 TURNS, SPEED = 5, 60.0
 

@@ -55,7 +55,7 @@ def test_corners_in_line_share_friction_as_load(tilt, turning, tolerance):
     agree(lambda d: Point(functions, model.numbers, state + d, modes, complex), 2 * n, tolerance)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(("slope", "centre"), [(0.0, 0.0), (0.1, 0.0), (0.1, 0.003)])
 def test_a_block_lands_flat_and_comes_to_rest(slope, centre):
     """Both corners stick in the end, and hold what gravity has along the guide."""

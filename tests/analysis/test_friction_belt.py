@@ -30,7 +30,7 @@ QUICK = ("coulomb", "threlfall", "andersson", "stribeck")
 
 def each(names):
     """Laws by name; of some the tests are long."""
-    return [name if name in QUICK else pytest.param(name, marks=pytest.mark.long) for name in names]
+    return [name if name in QUICK else pytest.param(name, marks=pytest.mark.nightly) for name in names]
 
 
 def motion(model, duration, rtol=1e-11, at=None):

@@ -29,7 +29,7 @@ def rubbing(name, **changes):
     return jp.Mechanism(**dict(plain) | {"joints": tuple(joints)})
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("elastic", [(), ("coupler",)])
 @pytest.mark.parametrize("name", LAWS)
 def test_forces_and_energy(name, elastic):
@@ -52,12 +52,12 @@ def test_forces_and_energy(name, elastic):
     assert np.abs(found.energy_residual.values).max() < 1e-9 * scale
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_tangent_map():
     compare(rubbing("stribeck"), 0.4, NEAR, {"stick_onset", "slip_onset"}, True)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", [name for name in LAWS if FRICTIONS[name].rises])
 def test_lanes_follow_the_same_motion(name):
     scenes, kinds, worst = [], set(), []

@@ -48,7 +48,7 @@ def _plain(call):
     return name[0].isupper() or not own
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", [0, 3])
 def test_three_thousand_drawn_calls(seed):
     command = [sys.executable, "-m", "tests.analysis.fuzz_calls", "3000", str(seed)]

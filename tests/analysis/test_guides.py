@@ -17,7 +17,7 @@ from tests.support.multibody_records import from_mechanism
 from tests.support.multibody_run import assemble as put_together
 from tests.support.multibody_run import closed, follow
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.nightly
 TOUCH = ["penetration", "normal_velocity", "tangential_velocity", "normal_force", "tangential_force"]
 GENTLE = jp.Friction(law="tanh", coefficient=0.2, velocity=0.5)
 ROUGH = {

@@ -135,7 +135,7 @@ def run(mechanism):
     return late.angle.values, of(late, "deflection", "coupler"), np.array(force)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_play_that_vanishes_leaves_the_ideal_mechanism():
     """Angles are off by the order of e; deflection and force, which first impacts shake, fall at least so."""
     exact, off = run(with_play(1e-6).replace(clearance=0)), []

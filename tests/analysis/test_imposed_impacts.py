@@ -75,8 +75,8 @@ def test_an_imposed_speed_holds_through_impacts_and_rest(drive, mass, restitutio
     holds(found, drive)
 
 
-@pytest.mark.parametrize("friction", [0.0, pytest.param(0.2, marks=pytest.mark.long)])
-@pytest.mark.parametrize("drive", [FAST, pytest.param(CYCLE, marks=pytest.mark.long)])
+@pytest.mark.parametrize("friction", [0.0, pytest.param(0.2, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("drive", [FAST, pytest.param(CYCLE, marks=pytest.mark.nightly)])
 def test_impacts_are_those_of_rigid_bodies_one_of_which_is_held(drive, friction):
     """Impulses N p and T q of bodies in full coordinates whose crank is held; its row has the drive's.
 
@@ -149,7 +149,7 @@ def test_a_kick_of_the_driven_link_is_seen_in_the_balance(tmp_path):
     assert float(said.stdout) > 1e-4
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("friction", [0.0, 0.2])
 def test_corners_of_a_guide_that_land_together_leave_the_speed_as_it_is(friction):
     plain = jp.catalog.slider_crank(clearance={"G": 2e-4}, gravity=9.8)

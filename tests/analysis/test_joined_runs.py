@@ -31,7 +31,7 @@ QUICK = ("compliant", "rigid", "own, forced", "own, at rest")
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=[pytest.mark.long] * (n not in QUICK)) for n in SCENES]
+    "name", [pytest.param(n, marks=[pytest.mark.nightly] * (n not in QUICK)) for n in SCENES]
 )
 @pytest.mark.parametrize("rtol", [1e-8, 1e-11])
 def test_two_halves_are_the_whole(name, rtol):

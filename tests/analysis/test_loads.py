@@ -29,7 +29,7 @@ def test_results_tell_the_balance_of_a_pendulum():
     assert np.abs(found.energy_residual).max() < 1e-9 * flow
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "changes",
     [
@@ -49,7 +49,7 @@ def test_results_tell_the_balance(changes):
     assert np.abs(found.load_work[-1]) > 1e-6 * flow
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_an_orbit_in_step_with_a_load_closes():
     """At 25 rad/s the load of 50 rad/s repeats with each turn, whatever the phase of the section."""
     given = jp.catalog.chunmei2002(clearance=2.9e-5, speed=25.0, loads=[SHAKE])

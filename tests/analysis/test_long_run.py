@@ -10,7 +10,7 @@ import jointplay as jp
 TURNS, RTOL = 100_000, 1e-8
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_hundred_thousand_turns():
     """They end in the periodic state that shooting finds at 1e-12, and the energy balance is closed."""
     system = jp.catalog.chunmei2002(gear_ratio=3.0)

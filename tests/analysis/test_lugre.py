@@ -103,7 +103,7 @@ def mechanism():
     return jp.Mechanism(**dict(plain) | {"joints": tuple(joints)})
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_bristles_are_straight_in_flight_and_from_each_contact_on(mechanism):
     model = assemble(mechanism)
     times = np.linspace(0.0, 0.5 * model.period, 2000)
@@ -118,7 +118,7 @@ def test_bristles_are_straight_in_flight_and_from_each_contact_on(mechanism):
     assert (found.events[met == 1, 3 + len(model.state) - 1] != 0.0).any()  # before separations
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_forces_and_energy_in_a_linkage(mechanism):
     record = ["normal_force", "tangential_force", "tangential_velocity", "mode", "energy", "energy_residual"]
     found = jp.simulate(mechanism, turns=0.5, rtol=1e-9, record=record)

@@ -170,7 +170,7 @@ def test_a_mechanism_moves_alike_in_every_view(name, seed):
     assert not left
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("number", range(STRUCTURES))
 def test_a_random_mechanism_moves_alike_in_every_view(number):
     """Five of one structure; twins that part are counted, and few."""
@@ -188,7 +188,7 @@ STATES_OF = {"remembering": [("mirrored", MIRROR), ("in other units", TABLE["in 
 
 
 @pytest.mark.parametrize(
-    "name", [x if x in STATES_OF else pytest.param(x, marks=pytest.mark.long) for x in FEW]
+    "name", [x if x in STATES_OF else pytest.param(x, marks=pytest.mark.nightly) for x in FEW]
 )
 def test_tangents_and_derivatives_are_those_of_every_view(name):
     """The map of differences of states, and derivatives of the end by gravity."""
@@ -244,7 +244,7 @@ def test_what_is_sampled_changes_no_motion(name):
 CONSERVATIVE = {"hertz": {"stiffness": 3e9}, "restitution": {"parameters": {"restitution": 1.0}}}
 
 
-@pytest.mark.parametrize("law", [pytest.param("hertz", marks=pytest.mark.long), "restitution"])
+@pytest.mark.parametrize("law", [pytest.param("hertz", marks=pytest.mark.nightly), "restitution"])
 def test_a_motion_without_losses_goes_back(law):
     """From its end with all speeds reversed, by the same events backwards, to its start."""
     made = scene(chosen(("speed", law, "none", "bearing", "tilted", "rigid")), 3)

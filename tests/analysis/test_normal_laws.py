@@ -63,7 +63,7 @@ def events(model, duration, rtol=1e-12):
     return found.events, found.status
 
 
-@pytest.mark.parametrize("law", ["flores", pytest.param("hunt_crossley", marks=pytest.mark.long)])
+@pytest.mark.parametrize("law", ["flores", pytest.param("hunt_crossley", marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("v_0", [1e-2, 1e-1, 1.0, 10.0])
 def test_impacts_have_the_restitution_of_their_law(law, v_0):
     model = at(body(law), vx=0.6 * v_0, vy=0.8 * v_0)
@@ -91,7 +91,7 @@ def test_slow_entries_count_as_those_of_the_smallest_speed():
     assert speed[1] / speed[0] == pytest.approx(page.restitution(0.1 * FACTOR["flores"](1.0)), abs=1e-9)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_force_that_may_not_pull_ends_and_comes_back_within_the_gap():
     def run(tension):
         model = at(body("flores", tension=tension), x=1.02e-3, vx=-2.0, vy=0.3, v_0=1.0)
@@ -104,7 +104,7 @@ def test_a_force_that_may_not_pull_ends_and_comes_back_within_the_gap():
     assert held[1, EVENT] == Event.CONTACT
 
 
-@pytest.mark.parametrize("law", ["flores", pytest.param("hunt_crossley", marks=pytest.mark.long)])
+@pytest.mark.parametrize("law", ["flores", pytest.param("hunt_crossley", marks=pytest.mark.nightly)])
 def test_tangents_through_entry_and_release_are_those_of_neighbours(law):
     start = at(body(law, centre=0.02), 2e-4, -3e-4, w=3.0, vx=1.0, vy=-0.8)
     times = np.array([0.0, 7.0e-4, 1.05e-3, 1.6e-3])
@@ -141,7 +141,7 @@ def test_what_is_remembered_is_lost_at_the_next_entry_alone():
     assert tangent_map(inside, 1e-5)[-1, -1] == 1.0
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_exponents_leave_out_what_is_remembered():
     found = jp.lyapunov(_linkage(2.9e-4), exponents="all", turns=8, transient=2, rtol=1e-9)
     assert found.sizes["exponent"] == 6

@@ -90,7 +90,7 @@ def test_integrals_are_those_of_a_run_from_its_start():
     assert np.abs(cut.energy_residual).max() < 1e-9 * np.abs(cut.drive_work).max()
 
 
-LONG = pytest.mark.long
+LONG = pytest.mark.nightly
 PLANES = [
     ("angular_velocity", {"link": "rocker"}, 0.0, "down"),
     ("angular_velocity", {"link": "rocker"}, 0.0, "up"),

@@ -21,7 +21,7 @@ OWN_STRUCTURE = {  # each costs ten seconds of compilation and shows little that
     *("B_viscous", "damped_at_A", "damped_at_C", "damped_at_O", "damped_at_BC", "damped_at_OABC"),
     "damped_at_BC_constant_speed",
 }
-NAMES = [pytest.param(n, marks=pytest.mark.long) if n in OWN_STRUCTURE else n for n in SCENES]
+NAMES = [pytest.param(n, marks=pytest.mark.nightly) if n in OWN_STRUCTURE else n for n in SCENES]
 # Without a pulling contact the force vanishes before the gap opens: two events of a pair of names each.
 OTHER_NAMES = {"release": "separation", "separation": "reopening"}
 

@@ -168,7 +168,7 @@ def random_presses(tmp_path, dataset, times, act):
     return came
 
 
-MANY = [12, pytest.param(200, marks=pytest.mark.long)]
+MANY = [12, pytest.param(200, marks=pytest.mark.nightly)]
 
 
 @pytest.mark.parametrize("times", MANY)
@@ -208,7 +208,7 @@ def cpu_of_ended():
     return used.ru_utime + used.ru_stime
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.skipif(
     not Path("/proc/self/stat").exists(), reason="CPU time of another process, as Linux has it"
 )

@@ -80,7 +80,7 @@ def test_the_help_of_every_verb_has_an_example_that_it_can_parse():
         assert parser.parse_args([word.strip("'") for word in words if word != "kg/m'"]).verb
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_new_study_runs_to_its_answer(kind, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -90,7 +90,7 @@ def test_a_new_study_runs_to_its_answer(kind, tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out.splitlines()[-1].strip()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", names())
 def test_a_linkage_written_out_runs(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

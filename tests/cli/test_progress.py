@@ -82,7 +82,7 @@ def test_progress_is_asked_for_by_true(clock, capsys):
         jp.simulate(system, turns=5, progress=3)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_first_run_in_a_pipe_says_that_it_compiles(tmp_path):
     words = ["run", "studies/quickstart.toml", "--out", tmp_path, "--no-figure"]
     for first in (True, False):

@@ -69,7 +69,7 @@ def test_a_cache_that_cannot_be_written_is_told_and_leaves_nothing():
         assert not [*cache.iterdir(), *temporary.iterdir()]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_two_processes_that_fill_one_cold_cache_give_one_answer(command, tmp_path):
     own = os.environ | {"JOINTPLAY_CACHE": str(tmp_path / "cache")}
     places = [tmp_path / name for name in ("a", "b", "c")]

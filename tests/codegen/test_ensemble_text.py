@@ -55,7 +55,7 @@ QUICK = ("one joint", "a memory", "a memory that sticks", "two joints", "a loop"
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(each, marks=[] if each in QUICK else pytest.mark.long) for each in SCENES]
+    "name", [pytest.param(each, marks=[] if each in QUICK else pytest.mark.nightly) for each in SCENES]
 )
 def test_rates_guards_and_slopes_are_those_of_one_trajectory(name):
     make, words = SCENES[name]

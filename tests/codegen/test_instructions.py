@@ -208,7 +208,7 @@ LONG = (  # half a minute each
 TABLE = [
     pytest.param(
         *(name, back_end),
-        marks=[pytest.mark.long] * (name in LONG or (translated and name not in catalog.NAMES))
+        marks=[pytest.mark.nightly] * (name in LONG or (translated and name not in catalog.NAMES))
         + [needs_node] * translated,
     )
     for name in MODELS

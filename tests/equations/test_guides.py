@@ -14,7 +14,7 @@ from tests.support.multibody import Marker
 from tests.support.multibody_records import from_mechanism
 from tests.support.plain import Point, masks, plain
 
-SLOW = pytest.mark.long
+SLOW = pytest.mark.nightly
 MOTOR = {"kind": "motor", "link": "crank", "gear_ratio": 3.0, "efficiency": 1.0, "synchronous_speed": 314.0}
 MOTOR |= {"rated_speed": 290.0, "rated_torque": 2.0}
 PLAY = {"clearance": 1e-4, "half_length": 0.03, "half_height": 0.02}

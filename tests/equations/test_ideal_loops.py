@@ -56,7 +56,7 @@ def same(full, found):
 
 
 TURN = np.linspace(-3.0, 3.2, 13)
-SLOW = pytest.mark.long
+SLOW = pytest.mark.nightly
 
 
 def within(found, expected):

@@ -172,13 +172,13 @@ def test_numbers_of_an_added_law_vary(added):
 
 IN_LANES = [
     pytest.param(
-        "kelvin_voigt", each, marks=[pytest.mark.long] if each in {*RUBBING} - {"coulomb", "tanh"} else ()
+        "kelvin_voigt", each, marks=[pytest.mark.nightly] if each in {*RUBBING} - {"coulomb", "tanh"} else ()
     )
     for each in FRICTION
 ]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(("law", "friction"), [*IN_LANES, ("test_hunt_crossley", "none")])
 def test_lanes_know_a_law(added, law, friction):
     mechanism = linkage(law, FRICTION[friction], clearance=5e-5)
@@ -195,7 +195,7 @@ def test_every_friction_is_tried_in_lanes():
     assert {name for name, law in FRICTIONS.items() if law.rises} < set(FRICTION)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_start_beyond_where_a_law_ends_is_refused_and_a_motion_near_it_warned_of():
     soft = {"length": 0.02, "journal_modulus": 1e7}
     plain = linkage("johnson", clearance=2.9e-4)

@@ -154,7 +154,7 @@ def four_bar(joints, **changes):
 SCENES = [
     ("B", ["stick"]),
     ("B", ["slip-"]),
-    pytest.param("OA", ["stick", "slip+"], marks=pytest.mark.long),
+    pytest.param("OA", ["stick", "slip+"], marks=pytest.mark.nightly),
     ("", []),
 ]
 

@@ -52,7 +52,7 @@ def test_a_damper_takes_the_swing_away():
     assert states[:, 0] == pytest.approx(exact, abs=1e-10)
 
 
-LONG = {"marks": pytest.mark.long}
+LONG = {"marks": pytest.mark.nightly}
 CASES = [  # joints with play, parts, what bends
     pytest.param("AB", OBLIQUE | {"springs": (*OF_FOUR_BAR, TWISTED)}, "", id="floating", **LONG),
     pytest.param("AB", OBLIQUE | {"springs": OF_FOUR_BAR}, "coupler", id="bent", **LONG),

@@ -96,7 +96,7 @@ def test_what_is_no_name_and_no_result_is_told(option, value):
     assert [problem.key for problem in figures.problems({option: value})] == [f"figure.{option}"]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", PICTURES)
 def test_strange_values_of_every_option_are_drawn_or_told(name):
     dataset, options = PICTURES[name]()

@@ -65,8 +65,8 @@ def nursery():
 @pytest.mark.parametrize(
     "text",
     [
-        *(CELLS, CHAINS, pytest.param(MAP, marks=pytest.mark.long)),
-        *(pytest.param(KINDS[k], marks=pytest.mark.long if k in SLOW else ()) for k in KINDS),
+        *(CELLS, CHAINS, pytest.param(MAP, marks=pytest.mark.nightly)),
+        *(pytest.param(KINDS[k], marks=pytest.mark.nightly if k in SLOW else ()) for k in KINDS),
     ],
     ids=["cells", "chains", "refined", *KINDS],
 )
@@ -127,7 +127,7 @@ def test_workers_of_several_kinds_of_processors_are_told_once(tmp_path):
     assert "2 kinds of processors (lake 2, zen 1)" in said[0]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_death_of_a_worker_costs_the_fatal_cell_alone(nursery, tmp_path):
     log, ever = tmp_path / "log", 10**6
     chain = tuple(f"link{i}" for i in range(6))
@@ -147,7 +147,7 @@ def test_the_death_of_a_worker_costs_the_fatal_cell_alone(nursery, tmp_path):
     assert any("once more" in line for line in said)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_what_did_not_kill_its_worker_is_not_charged(nursery, tmp_path):
     jobs = [Deadly(f"key{i}", 1, str(tmp_path / "log")) for i in range(3)]
     jobs.append(DeadlyChain(tuple("abcdef"), {"c": 1}, str(tmp_path / "log")))
@@ -186,7 +186,7 @@ def test_without_workers_it_waits_and_says_so(tmp_path, monkeypatch):
     assert said == ["the cluster has no workers; waiting for one"]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_lost_scheduler_is_told(tmp_path):
     path = tmp_path / "a.toml"
     path.write_text(CELLS)

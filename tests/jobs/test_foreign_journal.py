@@ -317,6 +317,6 @@ def test_damaged_journals_never_run_code_nor_give_a_wrong_number(kept, tmp_path)
     attacked(kept, tmp_path, range(24))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_many_damaged_journals_never_run_code_nor_give_a_wrong_number(kept, tmp_path):
     attacked(kept, tmp_path, range(24, 400))

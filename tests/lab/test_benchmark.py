@@ -22,7 +22,7 @@ SPARE = {  # relative: twice what was found, where the published start's nine di
 }
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_elastic_slider_crank_of_the_ivp_test_set():
     found = jp.benchmark(jp.catalog.ivp_crank())
     assert int(found.status) == 0
@@ -37,7 +37,7 @@ def test_the_elastic_slider_crank_of_the_ivp_test_set():
     assert str(jp.summary(found)).startswith("all 16 published quantities")
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_run_that_stops_says_so():
     found = jp.benchmark(jp.catalog.ivp_crank(), max_steps=3)
     assert jp.words(found).status == "step_limit"
@@ -67,7 +67,7 @@ def pushed(q, v):
     return np.array([[turning[0], off], [off, turning[1]]]), -whirl - weight
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_slider_crank_of_flores_before_its_first_impact():
     """Against SciPy's DOP853 on equations written out."""
     found = jp.benchmark(jp.catalog.flores2010())
@@ -221,7 +221,7 @@ def stepped(h, duration):
     return np.append(q[:3], v[:3])
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_four_bar_with_three_clearances_of_siconos():
     """Near the stored motion by what its steps allow; steps of our own approach it at first order."""
     found = jp.benchmark(jp.catalog.siconos_four_bar())

@@ -42,7 +42,7 @@ def run(**options):
     return claims(**lengths | {"damping_ratios": ()} | options)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_conclusions_on_one_panel(brief):
     found = run()
     assert STATUS[int(found.status)] == "ok"
@@ -61,14 +61,14 @@ def test_the_conclusions_on_one_panel(brief):
     assert found.distance.values.max() < 1e-6
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_failed_run_leaves_its_conclusion_undecidable(brief):
     found = run(max_steps=2000)
     assert STATUS[int(found.status)] == "step_limit"
     assert [GRADES[code] for code in found.grade.values] == ["undecidable"] * 4
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_all_panels():
     found = claims()
     assert [GRADES[code] for code in found.grade.values] == ["partly"] * 4

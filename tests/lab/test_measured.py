@@ -64,7 +64,7 @@ def test_the_page_of_the_tests_counts_the_broken_lines_that_they_notice():
     assert all(row["explanation"] for row in rows if row["verdict"] == "survived")
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_study_run_anew_gives_the_numbers_on_file(tmp_path):
     from jointplay.cli import main
 

@@ -68,7 +68,7 @@ def test_the_paper_s_inertia_terms_are_close_to_all(ideal):
     assert np.all((ideal.order_difference > 1e-7) & (ideal.order_difference < 1e-3))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_case_starts_from_the_motion_s_own_state():
     case = Case.of(ELASTIC, 2.9e-5, 2, 1e-11, None)
     mechanism = ELASTIC.replace(order="paper", clearance=2.9e-5)
@@ -82,7 +82,7 @@ def test_a_case_starts_from_the_motion_s_own_state():
     assert case.consistent.state == pytest.approx(case.monolithic.state, rel=0, abs=0)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_with_clearance_only_short_windows_settle():
     found = jp.scheme_comparison(
         ELASTIC, clearance=2.9e-5, start_turn=0, windows_per_turn=[1, 24, 144], passes=8, **SHORT
@@ -102,7 +102,7 @@ def test_with_clearance_only_short_windows_settle():
     assert found.status == 0
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_where_nothing_settles_the_status_says_so():
     found = jp.scheme_comparison(
         ELASTIC, clearance=2.9e-5, start_turn=0, windows_per_turn=1, passes=30, **SHORT

@@ -149,7 +149,7 @@ def test_a_twin_starts_with_other_speeds_and_counts_as_far_as_the_run_came(sound
     assert len(upto(tight, short).states) == len(upto(tight, short).met) == 9
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_bodies_that_rattle_and_rest_are_sensitive_by_a_twin():
     """Three rough rigid bearings: derivatives explain a thirteenth of what two tolerances differ by."""
     found = cell(catalog.chunmei2002(), 2566, 0, VARIANTS, 1, 1e-8, 10**5)
@@ -158,7 +158,7 @@ def test_bodies_that_rattle_and_rest_are_sensitive_by_a_twin():
     assert found["growth"] > 1e6
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_growth_is_the_largest_between_any_two_times_or_adds_up(monkeypatch):
     """Lorenz's system in three blocks, against derivatives of the flow over each of them.
 
@@ -179,7 +179,7 @@ def test_growth_is_the_largest_between_any_two_times_or_adds_up(monkeypatch):
     assert added > 1.1 * found
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_growth_is_looked_at_more_closely(monkeypatch):
     scene, unit = assemble(catalog.lorenz(), (5.0, 8.0, 15.0)), np.array([1.0, 3.0, 0.5])
     found = []

@@ -90,7 +90,7 @@ def test_with_clearance_whole_turns_diverge():
     assert found.sizes["time"] == 0
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_with_clearance_short_windows_converge():
     for step, most in ((1e-5, 0.04), (2e-6, 0.01)):
         found = jp.waveform(LOOSE, step=step, passes=40, tolerance=2e-4, windows_per_turn=144)
@@ -111,7 +111,7 @@ def rubbing(**friction):
         (LOOSE, 0.0, 0, 4.9e-4),
         (rubbing(coefficient=0.3), 1.0, 2, 3e-4),
         pytest.param(
-            rubbing(law="tanh", velocity=0.5, coefficient=0.3), 1.0, 2, 3e-4, marks=pytest.mark.long
+            rubbing(law="tanh", velocity=0.5, coefficient=0.3), 1.0, 2, 3e-4, marks=pytest.mark.nightly
         ),
     ],
     ids=["flight", "contact", "friction that follows the speed"],

@@ -102,7 +102,7 @@ def test_heyoka_s_expressions_are_the_compiled_equations(mode, source):
 
 
 @pytest.mark.peer
-@pytest.mark.long  # its structure, with two clearances, is compiled for it alone
+@pytest.mark.nightly  # its structure, with two clearances, is compiled for it alone
 @pytest.mark.parametrize("modes", [(STICK, SLIP_POSITIVE), (SLIP_POSITIVE, STICK)])
 def test_heyoka_s_expressions_tell_which_of_two_joints_sticks(modes):
     heyoka = pytest.importorskip("heyoka")

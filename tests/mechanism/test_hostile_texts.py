@@ -223,7 +223,7 @@ def test_random_texts_are_refused_or_written(seed):
         fares(grown(dice, dice.randint(1, 5)), dice.choice(PLACES))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(100, 200))
 def test_many_random_texts_are_refused_or_written(seed):
     dice = random.Random(seed)

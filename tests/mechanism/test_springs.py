@@ -80,7 +80,7 @@ def test_growth_refuses_a_torsion_spring_on_the_crank():
     assert not list(unlike_turns(catalog.chunmei2002(springs=[TORSION])))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_analyses_of_turns_refuse_a_torsion_spring_on_the_crank():
     given = catalog.chunmei2002(springs=[TORSION | {"from": "crank"}])
     calls = [

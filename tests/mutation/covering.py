@@ -79,7 +79,7 @@ def _write(item, reports):
         "test": item.nodeid,
         "seconds": round(sum(report.duration for report in reports), 2),
         "passed": all(report.passed for report in reports),
-        "long": item.get_closest_marker("long") is not None,
+        "long": any(item.get_closest_marker(name) for name in ("long", "nightly")),
         "interpreted": os.environ.get("NUMBA_DISABLE_JIT") == "1",
         "fixtures": fixtures(item),
     }

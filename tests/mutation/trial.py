@@ -152,7 +152,11 @@ def rounds(mutant: Mutant, source: str, cache: Path, known: Map):
     if tests := known.able(*place, interpreted=True):
         yield {"NUMBA_DISABLE_JIT": "1"}, _limit(tests), ["-m", "", *(t.name for t in tests)]
     fresh = {"JOINTPLAY_CACHE": str(cache)}
-    for marks, tests in (("not long", OWN[room]), ("not long", EXACT), ("long", ["tests/method", *EXACT])):
+    for marks, tests in (
+        ("not (long or nightly)", OWN[room]),
+        ("not (long or nightly)", EXACT),
+        ("long", ["tests/method", *EXACT]),
+    ):
         yield fresh, 5400, ["-m", marks, *tests]
 
 

@@ -28,7 +28,7 @@ OWN_STRUCTURE = {  # each costs ten seconds of compilation or more and shows lit
 
 def among(names):
     """Cases of these scenes, the dear ones only when asked for."""
-    return [pytest.param(n, marks=pytest.mark.long) if n in OWN_STRUCTURE else n for n in names]
+    return [pytest.param(n, marks=pytest.mark.nightly) if n in OWN_STRUCTURE else n for n in names]
 
 
 def bending(scene):

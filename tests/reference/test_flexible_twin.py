@@ -238,7 +238,7 @@ def test_undamped_motion_keeps_its_energy():
 
 @pytest.mark.parametrize(
     "name",
-    ["ideal_rigid", *(pytest.param(n, marks=pytest.mark.long) for n in ("ideal_coupler", "B_coupler"))],
+    ["ideal_rigid", *(pytest.param(n, marks=pytest.mark.nightly) for n in ("ideal_coupler", "B_coupler"))],
 )
 def test_stored_motion_is_found_again(name):
     stored, w0 = TRUTH[name], SCENES[name].parameters.w0

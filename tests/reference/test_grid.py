@@ -37,9 +37,12 @@ LEFT = {"separation", "impact"}
 
 
 def marked(cell):
-    """A cell of the default tests, or a long one."""
-    name = "-".join([cell[0], *cell[1], "elastic" if cell[2] else "rigid"])
-    return pytest.param(*cell, id=name, marks=[] if cell in QUICK else pytest.mark.long)
+    """A cell of the default tests, or a long one; most of rigid guides, long to compile, are nightly."""
+    place, laws, elastic = cell
+    name = "-".join([place, *laws, "elastic" if elastic else "rigid"])
+    often = elastic or place != "guide" or laws[0] in ("kelvin_voigt", "restitution")
+    long = pytest.mark.long if often else pytest.mark.nightly
+    return pytest.param(*cell, id=name, marks=[] if cell in QUICK else long)
 
 
 def starts(model):

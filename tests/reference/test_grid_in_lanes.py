@@ -126,13 +126,13 @@ def compared(model):
     return met / STARTS, late
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(("normal", "friction"), LANES)
 def test_each_law_is_as_one_by_one(normal, friction):
     as_one_by_one(assemble(mechanism("four_bar", normal, friction, False), section="angle:crank"))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", SCENES)
 def test_several_joints_springs_and_loads_are_as_one_by_one(name):
     share, late = compared(assemble(SCENES[name](), section="angle:crank"))
@@ -244,7 +244,7 @@ def sorts(name):
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(each, marks=[] if each in OFTEN else pytest.mark.long) for each in SYSTEMS]
+    "name", [pytest.param(each, marks=[] if each in OFTEN else pytest.mark.nightly) for each in SYSTEMS]
 )
 def test_own_equations_are_as_one_by_one(name):
     scenes, request = sorts(name)

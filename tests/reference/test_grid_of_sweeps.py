@@ -10,7 +10,7 @@ from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.method.codes import Status
 from tests.support.laws_grid import FRICTION, GUIDED, PAIRS, ROUND, mechanism
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.nightly
 VALUES = {"four_bar": (2.0e-4, 2.9e-4, 4.0e-4), "guide": (0.8e-4, 1.0e-4, 1.3e-4)}  # m, of clearance
 HOW = {"turns": 1, "transient": 0, "lyapunov_turns": 2, "exponents": 1, "rtol": 1e-7}
 HOW |= {"direction": "reset", "ensemble": False, "n_jobs": 1}

@@ -25,7 +25,7 @@ def loaded(mechanism):
 
 
 @pytest.mark.parametrize(
-    "changes", [pytest.param({"gear_ratio": 3.0}, marks=pytest.mark.long), {"speed": -60.0}], ids=str
+    "changes", [pytest.param({"gear_ratio": 3.0}, marks=pytest.mark.nightly), {"speed": -60.0}], ids=str
 )
 def test_the_loaded_mechanism_without_play(changes):
     mechanism = loaded(jp.catalog.chunmei2002(clearance=0, **changes))
@@ -35,7 +35,7 @@ def test_the_loaded_mechanism_without_play(changes):
     assert np.abs(found.drive_torque - bare.drive_torque).max() > 0.01 * np.abs(bare.drive_torque).max()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_loaded_mechanism_with_play_at_b():
     mechanism = loaded(jp.catalog.chunmei2002(gear_ratio=3.0, friction=0.0))
     found, states, solved, events = both(mechanism, 0.0, 0.05, [*MOTION, *FORCES, "normal_force"])
@@ -45,7 +45,7 @@ def test_the_loaded_mechanism_with_play_at_b():
     assert found.event_time.values == pytest.approx([event.time for event in events], abs=1e-11)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("drive", [TORQUE, PROFILE], ids=lambda drive: drive.kind)
 @pytest.mark.parametrize("clearance", [0, 2.9e-5])
 def test_drives(drive, clearance):

@@ -100,7 +100,7 @@ def test_the_mechanism_with_play_at_b(tension, smooth, last):
     assert list(words) == [KINDS[tension][event.kind] for event in events]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_mechanism_with_play_at_every_joint_and_friction():
     """The crank too is held by contacts alone, and turned by a motor."""
     plain = jp.catalog.chunmei2002(clearance=dict.fromkeys("OABC", 2.9e-5), gear_ratio=3.0)

@@ -32,7 +32,7 @@ def quick(choice):
 
 def marked(number, choice):
     """A scene of the default tests, or a long one."""
-    marks = [] if quick(choice) else [pytest.mark.long]
+    marks = [] if quick(choice) else [pytest.mark.nightly]
     marks += [pytest.mark.xfail(strict=True, reason=KNOWN[number])] if number in KNOWN else []
     return pytest.param(number, id="-".join([str(number), *choice.values()]), marks=marks)
 

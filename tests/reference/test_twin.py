@@ -49,7 +49,7 @@ def test_undamped_motion_keeps_its_energy():
     assert system.energy(result.y) == pytest.approx(system.energy(system.start()), rel=1e-10)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ["B", "B_sticking", "damped_at_BC"])
 def test_stored_truth_is_found_again(name):
     scene, stored = SCENES[name], TRUTH[name]

@@ -17,7 +17,7 @@ from tests.figures.test_pictures import leaning
 from tests.results import damage
 
 PLANE = {"y": (0.0, 0.5, 3), "v": (0.0, 0.5, 3)}
-MANY = pytest.param(2000, marks=[pytest.mark.long, pytest.mark.timeout(7200)])
+MANY = pytest.param(2000, marks=[pytest.mark.nightly, pytest.mark.timeout(7200)])
 
 
 @pytest.mark.parametrize("files", [60, MANY])

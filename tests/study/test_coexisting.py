@@ -47,7 +47,7 @@ JOURNAL = "coexisting.journal"
 
 def some(kinds):
     """Kinds, of which the slow ones are long."""
-    return [pytest.param(k, marks=pytest.mark.long) if k in SLOW else k for k in kinds]
+    return [pytest.param(k, marks=pytest.mark.nightly) if k in SLOW else k for k in kinds]
 
 
 def test_a_killed_study_goes_on_and_a_value_more_runs_alone(tmp_path, monkeypatch):
@@ -82,7 +82,7 @@ def test_parts_make_the_whole(kind, tmp_path):
     assert same(merge(loaded(KINDS[kind]), tmp_path).dataset, run(loaded(KINDS[kind]), jobs=1))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["attractors", "covariant", "tipping"])
 def test_neither_workers_nor_the_order_of_cells_and_parts_show(kind, tmp_path, monkeypatch):
     def shuffled(jobs, _):
@@ -164,7 +164,7 @@ def test_what_follows_from_the_first_cells_is_told_and_not_called_others(tmp_pat
     assert said[-1].endswith("cells of other values or settings are kept; --fresh drops them")
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(("kind", "most"), [("covariant", 16e3), ("attractors", 96e3)])
 def test_a_cell_more_costs_little_memory(kind, most, tmp_path):
     """Bytes a cell: 6 kB of `covariant`, 59 kB of `attractors`, which keeps the points of all motions."""

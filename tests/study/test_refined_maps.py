@@ -76,7 +76,7 @@ def test_computed_points_are_those_of_the_whole_map(whole, tmp_path):
     assert found.equals(jp.open(out / "map.nc"))
 
 
-@pytest.mark.parametrize("count", [pytest.param(3, marks=pytest.mark.long), 30])
+@pytest.mark.parametrize("count", [pytest.param(3, marks=pytest.mark.nightly), 30])
 def test_a_killed_map_goes_on_where_it_was(count, whole, tmp_path, monkeypatch):
     """In the first round, or in a later one."""
     monkeypatch.setattr(worker, "BATCH", 0.0)
@@ -111,7 +111,7 @@ def test_a_cell_that_crashed_in_the_first_round_runs_again(whole, tmp_path, monk
     assert same(ran(loaded(MAP), tmp_path), whole[1])
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_whole_map_goes_on_from_an_adaptive_one(whole, tmp_path, monkeypatch):
     ran(loaded(MAP), tmp_path)
     keys = begun(monkeypatch)
@@ -119,7 +119,7 @@ def test_the_whole_map_goes_on_from_an_adaptive_one(whole, tmp_path, monkeypatch
     assert len(keys) == 81 - int(whole[1]["computed"].sum())
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_workers_do_not_show(whole, tmp_path):
     assert same(ran(loaded(MAP), tmp_path, jobs=2), whole[1])
 
@@ -144,7 +144,7 @@ def test_parts_and_chains_are_refused(tmp_path, capsys):
         assert [problem.key for problem in error.value.problems] == [f"analysis.{key}"]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_few_values_differ_from_the_whole_map():
     """Impact pair, 49 x 33: what is computed is the same, of the rest 97 of 100 have the same period."""
     over = {"gap": np.linspace(0.2, 12.0, 49).tolist(), "restitution": np.linspace(0.6, 0.9, 33).tolist()}

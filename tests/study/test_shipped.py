@@ -26,7 +26,7 @@ def test_a_shipped_system_is_well_posed(path):
 @pytest.mark.parametrize(
     "path",
     [
-        pytest.param(path, marks=pytest.mark.long) if path in OWN else path
+        pytest.param(path, marks=pytest.mark.nightly) if path in OWN else path
         for path in sorted(STUDIES.rglob("*.toml"))
     ],
     ids=lambda path: path.stem,

@@ -45,7 +45,7 @@ def lines(table, above=""):
     ("kind", "system"),
     [
         *((kind, PAIR) for kind in CELLS if kind != LONGEST),
-        *(("spectrum", GEAR), pytest.param(LONGEST, PAIR, marks=pytest.mark.long)),
+        *(("spectrum", GEAR), pytest.param(LONGEST, PAIR, marks=pytest.mark.nightly)),
     ],
 )
 def test_a_cell_is_the_analysis_by_itself(kind, system, tmp_path):

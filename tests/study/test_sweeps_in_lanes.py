@@ -72,7 +72,7 @@ def test_what_lanes_cannot_do_goes_one_by_one_and_says_so():
     assert not found.cell_status.any()
 
 
-@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.long)])
+@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.nightly)])
 def test_neither_company_nor_workers_show(jobs, whole, tmp_path, monkeypatch):
     monkeypatch.setattr(chains, "ABREAST", 3)
     monkeypatch.setattr(chains, "TOGETHER", 2)
@@ -136,7 +136,7 @@ transient = 10
 """
 
 
-@pytest.mark.parametrize("kind", ["section", pytest.param("lyapunov", marks=pytest.mark.long)])
+@pytest.mark.parametrize("kind", ["section", pytest.param("lyapunov", marks=pytest.mark.nightly)])
 def test_cells_of_a_vary_table_share_lanes(kind, tmp_path, monkeypatch):
     text, last = CELLS.replace("KIND", kind), 2
     text += 'record = ["journal_x"]' * (kind == "section")  # accelerations are not recorded in lanes

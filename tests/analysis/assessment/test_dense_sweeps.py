@@ -188,7 +188,7 @@ def disagreements(mechanism, found, key, side):
             yield key, side, change, edge, answers[:, i].tolist()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_edges_lie_between_neighbouring_cells_of_a_dense_sweep(name):

@@ -103,7 +103,7 @@ def test_beyond_the_end_of_chaos_each_change_is_an_edge(monkeypatch):
     assert len(answer["windows"]) == 0
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_windows_of_a_slider_crank_are_not_the_end_of_its_chaos():
     """A dense sweep finds windows narrower than 0.1 µm from 92 to 100 µm, and chaos between them."""
     mass = {"crank": 0.3, "rod": 0.25, "slider": 0.4}

@@ -76,7 +76,7 @@ def test_a_start_that_does_not_fit_is_told_before_anything_is_followed(monkeypat
     assert [problem.key for problem in caught.value.problems] == ["initial"]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_workers_do_not_change_the_answer():
     keywords = SHORT | {"over": {"gap": [3.4, 3.6]}, "region": PLANE, "starts": PILOTS + 48}
     one, two = (jp.attractors(PAIR, n_jobs=n, **keywords).drop_vars("wall_time") for n in (1, 2))
@@ -194,7 +194,7 @@ def test_births_deaths_splits_and_mergers():
     assert [each.kind for each in identities(two, {(0, 1, 1): 0, (0, 0, 1): 0}, 0.2)[1]] == ["merger"]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_loss_of_symmetry_is_found_on_the_branch_at_its_closed_form():
     """d_SB = k (pi - 4/pi) / sqrt(1 + 4 k^2 / pi^2), k = (1 + r) / (1 - r): below it two are mirrored."""
     k = 1.8 / 0.2
@@ -227,7 +227,7 @@ def test_values_that_cannot_be_are_a_status():
     assert float(few["fraction_failed"][0]) == 1.0
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_fractions_are_those_of_basins():
     plane = {name: {"start": low, "stop": high, "num": 30} for name, (low, high) in PLANE.items()}
     grid = jp.basins(PAIR, plane=plane, uncertainty=False)
@@ -237,7 +237,7 @@ def test_fractions_are_those_of_basins():
     assert (overlap > np.maximum(found["fraction_low"][0], grid["fraction_low"].values)).all()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_intervals_hold_the_known_fraction_as_often_as_they_say():
     """Unforced wells mirror each other: one half of a region that is its own mirror image reaches each."""
     keywords = {"over": {"damping": [0.2]}, "region": {"y": (-1.5, 1.5), "v": (-1.2, 1.2)}, "starts": 101}
@@ -250,7 +250,7 @@ def test_intervals_hold_the_known_fraction_as_often_as_they_say():
     assert 0.93 <= held / 200 <= 0.97
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_linkages_four_motions_at_a_quarter_of_a_millimetre():
     mechanism, disc = (
         catalog.chunmei2002(2.5e-4, gear_ratio=3.0),

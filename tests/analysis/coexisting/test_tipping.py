@@ -87,7 +87,7 @@ def test_an_impulse_on_a_point_does_the_work_of_its_mean_velocity(name):
     assert back.state == pytest.approx(model.state, rel=1e-9)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_impulses_that_cannot_be_are_refused_all_at_once():
     wrong = [{"name": "a", "on": {"link": "rod"}}, {"name": "a", "on": {"link": "rocker"}}]
     with pytest.raises(InputError) as caught:
@@ -258,7 +258,7 @@ def test_the_edge_state_is_the_saddle_orbit_between_the_wells(wells):
     assert product == pytest.approx(math.exp(-DAMPING * math.tau), rel=1e-8)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_edge_state_of_what_nothing_forces_is_its_saddle():
     """x'' + c x' = x - x^3: at 0 the exponents are -c/2 + sqrt(1 + c^2/4) and the same with -."""
     rates = {"x": "v", "v": "x - x**3 - c*v"}
@@ -275,7 +275,7 @@ def test_the_edge_state_of_what_nothing_forces_is_its_saddle():
     )
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_edge_state_of_what_nothing_forces_may_be_a_cycle_of_its_own_period():
     """r' = -r (1 - r^2) (1 - r^2/4), phi' = w: rest at 0 and a cycle at 2, between them the cycle at 1."""
     w, g = 5.0, "(1 - x**2 - y**2)*(1 - (x**2 + y**2)/4)"
@@ -311,7 +311,7 @@ def test_what_is_wrong_is_said_by_its_key():
     assert {each.key for each in caught.value.problems} == {"region.x", "largest", "directions"}
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_edge_of_the_impact_pair_is_the_other_branch_of_its_period_3():
     """The saddle that meets the motion of period 3 at its fold; six impacts, each r^2 in the product."""
     pair, region = catalog.impact_pair(3.8, 0.8), {"y": (-1.6, 1.6), "v": (-3.0, 3.0)}

@@ -39,7 +39,7 @@ def test_regions_and_cells_that_differ_are_told():
     assert found.share == pytest.approx(1 - 1 / 300)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_cells_between_curves_have_the_label_of_their_region():
     """The shipped studies, with fewer cells: one doubling, and contacts that are gained and lost."""
     curves = jp.run(STUDIES / "orbits" / "curve_wedge.toml")

@@ -66,7 +66,7 @@ def test_a_frame_that_has_not_come_in_is_told_of(pair):
     assert "vectors 1 have not settled" in str(jp.summary(found))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_windows_leave_no_seam(pair):
     """A record kept as a whole gives the vectors that come window by window."""
     system, found = pair
@@ -161,7 +161,7 @@ def test_parts_of_an_elastic_linkage():
     assert elastic(0.0, model.state, bent)[:, 0] == pytest.approx([0.0, 0.0, 1.0], abs=1e-9)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("system", "turns", "known"),
     [
@@ -185,7 +185,7 @@ def test_exponents_are_those_of_the_frame(system, turns, known):
         assert np.all(np.abs(value - known) < 3 * error + 1e-4)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_case_c_is_carried_by_its_tangent_maps():
     """The leading three over whole turns with contacts; the others shrink by e^90, beyond a map's digits."""
     mechanism = catalog.chunmei2002(**LOOSE)

@@ -44,7 +44,7 @@ def test_chaotic_motions(name):
     agrees(*CHAOTIC[name], turns=500, transient=100)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", CHAOTIC)
 def test_chaotic_motions_to_a_percent(name):
     agrees(*CHAOTIC[name], turns=20_000, transient=100)

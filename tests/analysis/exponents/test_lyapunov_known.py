@@ -55,7 +55,7 @@ def test_chaos(name):
     assert np.all(np.diff(found.lyapunov_exponent) < 0)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", CHAOS)
 def test_chaos_for_long(name):
     system, keywords, known, error = CHAOS[name]

@@ -127,7 +127,9 @@ def test_both_estimates_of_the_chaotic_linkage():
     assert abs(float(found.lyapunov_exponent[1])) < 0.05  # the one that is zero
 
 
-@pytest.mark.parametrize("angle", [0.0, *(pytest.param(a, marks=pytest.mark.long) for a in (1.0, 2.0, 3.0))])
+@pytest.mark.parametrize(
+    "angle", [0.0, *(pytest.param(a, marks=pytest.mark.nightly) for a in (1.0, 2.0, 3.0))]
+)
 def test_both_estimates_where_a_journal_comes_to_rest_at_once(angle):
     """A plastic rigid bearing, of which each landing takes two directions."""
     run = {"turns": 300, "transient": 20, "twin_turns": 300, "initial": {"crank_angle": angle}}

@@ -31,6 +31,8 @@ KEYS = {
     "drive.rated_torque": 21.56,
 }
 
+SOONER = ("hertz_stribeck", "rigid_bearing", "rubbed")  # scenes that are tried with every change
+
 ON_FLOOR = {  # at rest on a floor, and coupled to a mass that goes on along it
     "states": {"y": 0.0, "x": 0.2, "v": 0.0, "u": 0.3},
     "forcing": "2*pi/w",
@@ -119,7 +121,7 @@ def test_wrong_input_is_refused(wrong, key, text):
     assert text in str(caught.value)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("key", KEYS)
 def test_linkage_with_works(key):
     """Sticking, slip reversals and contacts of the paper's four-bar; the smaller error of two differences."""
@@ -134,8 +136,13 @@ def test_linkage_with_works(key):
     assert min(errors) < 1e-6
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", [*SYSTEMS, *LINKAGES])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.long if name in SOONER else pytest.mark.nightly)
+        for name in (*SYSTEMS, *LINKAGES)
+    ],
+)
 def test_all_parameters_of_a_scene(name):
     """A hundred scenes: every law, drive, kind of joint, and own equations."""
     found = driven_table.scene(name)
@@ -178,7 +185,7 @@ def test_a_start_that_rests_on_a_wall_forgets_how_fast_it_came_there():
     assert np.all(found["derivative"].values == 0.0)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_corners_that_touch_together():
     """Compliant ones have one derivative in either order; rigid ones none, which is said."""
     make, start, _ = LINKAGES["guide"]

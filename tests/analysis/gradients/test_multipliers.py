@@ -80,7 +80,7 @@ LIMIT_CYCLE = {  # r' = r (mu - r^2), angle' = w + b r^2
 PLANE = jp.Plane(quantity="y", value=0.0)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_limit_cycle_on_a_plane():
     """Radius sqrt(mu), period 2 pi/(w + b mu), multiplier exp(-2 mu T), where y = 0 rises."""
     of = ["end:state:x", "time", "multiplier:1", "exponent:1"]
@@ -151,7 +151,7 @@ def test_wrong_requests_are_refused(wrong, key, text):
     assert text in str(caught.value)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_multipliers_of_the_four_bar():
     """Its period-1 motion, against orbits found beside it."""
     mechanism, of = catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0), ["multiplier:1", "exponent:1"]

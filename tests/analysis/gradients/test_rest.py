@@ -23,7 +23,7 @@ CASES = [  # restitution, friction, speed, duration, events
     (0.8, 0.0, 30.0, 0.15, {"impact", "rest"}),
     (0.8, 0.0, 60.0, 0.1, {"impact", "rest", "separation"}),
     *(
-        pytest.param(r, 0.3, 30.0, 0.1, each, marks=pytest.mark.long)
+        pytest.param(r, 0.3, 30.0, 0.1, each, marks=pytest.mark.nightly)
         for r, each in (
             (0.0, {"impact", "rest", "slip_onset"}),
             (0.5, {"impact", "rest"}),
@@ -77,7 +77,9 @@ def test_the_error_that_is_told_is_met(restitution):
     assert abs(derivative - quotient) < 10 * error + 1e-5 * abs(quotient)
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.long] * (n in SLOW)) for n in IMPOSED])
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.nightly] * (n in SLOW)) for n in IMPOSED]
+)
 def test_works_of_an_imposed_speed_are_those_of_neighbours(name):
     """The impulses of the drive do work, and their derivative goes with the tangents through every impact."""
     mechanism, key, value, duration = IMPOSED[name]

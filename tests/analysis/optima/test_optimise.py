@@ -84,7 +84,7 @@ def test_a_multiplier_is_of_the_orbit_alone():
     assert "does not settle" not in str(jp.summary(found))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_chaotic_four_bar_keeps_contact():
     """The shipped study: what is found keeps contact, from the usual start too, with a fifth of the force."""
     found = jp.run(ROOT / "studies" / "optima" / "optimise_contact.toml")

@@ -110,7 +110,7 @@ def test_a_chaotic_motion_is_one_attractor():
     assert math.isnan(float(found.uncertainty_exponent))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_linkage_has_four_motions_at_a_quarter_of_a_millimetre():
     plane = {"eccentricity_ratio_x": span(-0.6, 0.6, 5), "eccentricity_ratio_y": span(-0.6, 0.6, 5)}
     mechanism = catalog.chunmei2002(2.5e-4, gear_ratio=3.0)
@@ -119,7 +119,9 @@ def test_the_linkage_has_four_motions_at_a_quarter_of_a_millimetre():
     assert int(found["count"].sum()) == 25
 
 
-@pytest.mark.parametrize("speed", [None, pytest.param(80.0, marks=pytest.mark.long)], ids=["motor", "speed"])
+@pytest.mark.parametrize(
+    "speed", [None, pytest.param(80.0, marks=pytest.mark.nightly)], ids=["motor", "speed"]
+)
 def test_starts_side_by_side_are_those_alone_with_the_journal_as_asked(speed):
     mechanism = catalog.chunmei2002(2.5e-4, **({"speed": speed} if speed else {}))
     place = Starts(mechanism, None, ("eccentricity_ratio_x", "journal_velocity_y"))

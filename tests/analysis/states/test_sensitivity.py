@@ -149,7 +149,7 @@ def differences(model, turns, step=1e-8):
 
 
 @pytest.mark.parametrize(
-    "mechanism", [linkage(), pytest.param(DRIVEN, marks=pytest.mark.long)], ids=["motor", "speed"]
+    "mechanism", [linkage(), pytest.param(DRIVEN, marks=pytest.mark.nightly)], ids=["motor", "speed"]
 )
 def test_exponents_of_the_linkage_are_those_of_differences(mechanism):
     plane = {"eccentricity_ratio_x": [-0.4, 0.3], "eccentricity_ratio_y": [-0.2, 0.5]}

@@ -16,7 +16,9 @@ from jointplay.solver.motion.trajectory import Request, follow
 from jointplay.solver.motion.ways import hindrance
 from jointplay_lab.stress.scenes import draw
 
-OTHERS = [pytest.param(number, marks=pytest.mark.long) for number in (258, 356, 972, 1266)]  # two structures
+OTHERS = [
+    pytest.param(number, marks=pytest.mark.nightly) for number in (258, 356, 972, 1266)
+]  # two structures
 STATE = slice(3, 9)  # of a row of events or sections: contact, kind, time, angles, speeds, mode
 
 
