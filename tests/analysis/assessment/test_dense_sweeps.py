@@ -27,6 +27,8 @@ from jointplay.analysis.assessment.edges import CHAOTIC, HOW, Search
 from jointplay.analysis.assessment.edges import LONG as LONG_STEPS
 from jointplay.analysis.assessment.settled import CHANGES
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
+from jointplay.solver.mechanism.catalog import preset_parts
+from jointplay.solver.mechanism.catalog.preset_parts import fixed, on
 from jointplay.study.results.answers.assessment import widths
 
 MECHANISMS = {
@@ -36,6 +38,52 @@ MECHANISMS = {
     "quick return": lambda: jp.catalog.quick_return(clearance={"D": 5e-5}),
     "Watt": lambda: jp.catalog.watt(clearance={"D": 5e-5}),
 }
+
+
+def bars(lengths, pins, guides="", **more):
+    """A linkage of uniform bars of 2 kg/m, with contact data at every joint."""
+    laws = {"radius": 0.008, "stiffness": 8e6, "damping": 250.0, "friction": 0.08}
+    joints = preset_parts.joined(pins, guides, **laws)
+    return jp.Mechanism(links=preset_parts.bars(lengths, 2.0), joints=joints, **more)
+
+
+def with_two_plays():
+    """A four-bar whose rocker a spring draws back, with play at the crank's pin and at the ground."""
+    ends = {"from": {"link": "rocker", "at": 0.07}, "to": {"link": "ground", "point": (0.2, 0.0)}}
+    spring = jp.Spring(name="return", **ends, stiffness=300.0, free_length=0.05)
+    drive = jp.ConstantSpeed(link="crank", speed=70.0)
+    pins = {
+        "O": (on("crank"), fixed(0.0, 0.0)),
+        "A": (on("crank", 0.03), on("coupler")),
+        "B": (on("coupler", 0.1), on("rocker", 0.07)),
+        "C": (on("rocker"), fixed(0.1, 0.0)),
+    }
+    lengths = {"crank": 0.03, "coupler": 0.1, "rocker": 0.07}
+    made = bars(lengths, pins, springs=(spring,), drive=drive)
+    return made.replace(clearance={"A": 5e-5, "C": 8e-5})
+
+
+def with_a_swinging_guide():
+    """A crank's pin carries a rod that slides in a cylinder, which swings about C."""
+    pins = {
+        "O": (on("crank"), fixed(0.0, 0.0)),
+        "A": (on("crank", 0.04), on("rod")),
+        "S": (on("rod", 0.12), on("cylinder")),
+        "C": (on("cylinder"), fixed(0.15, 0.0)),
+    }
+    drive = jp.ConstantSpeed(link="crank", speed=30.0)
+    guess = {"crank": 0.0, "cylinder": np.pi}
+    lengths = {"crank": 0.04, "rod": 0.12, "cylinder": 0.1}
+    return bars(lengths, pins, "S", drive=drive, guess=guess).replace(clearance={"C": 1e-4})
+
+
+OFFSET = {"crank": 0.03, "rod": 0.11, "offset": 0.008, "gravity": 9.8, "clearance": {"A": 1e-4}}
+UNSHOWN = {  # by what no page shows: the linkage, what is varied, and how far
+    "crank's pin": (lambda: jp.catalog.slider_crank(**OFFSET, speed=62.0), "speed", 1.2),
+    "Stephenson": (lambda: jp.catalog.stephenson(clearance={"D": 1e-4}, speed=26.0), "speed", 1.2),
+    "two plays": (with_two_plays, "joints.A.clearance", 1.5),
+    "swinging guide": (with_a_swinging_guide, "speed", 1.3),
+}
 SECTION, RTOL = jp.CrankAngle(), 1e-8
 SHORT, LONG, LASTING = 100, 440, 6000  # turns before a cell is looked at, and before it is looked at again
 FAR = {"below": "low", "above": "high"}  # end of a bracket
@@ -43,10 +91,10 @@ STARTS = 8  # chaotic motions from which it is tried again where chaos has died 
 STEP, FINE, CELLS = 0.01, 0.1, 5  # relative step; of it the fine ones; their number on each side of an edge
 
 
-def looked_at(step, limit, left):
+def looked_at(reach, step, limit, left):
     """Ratios to the present value at which motions were looked at, in longer steps once period 1 was left."""
     way = 1 if limit > 1 else -1
-    grid = np.append(1.0, Search(REACH, step, ACCURACY).values(1.0, way))
+    grid = np.append(1.0, Search(reach, step, ACCURACY).values(1.0, way))
     grid = grid[way * np.log(grid / limit) < 1e-9]
     first = [*np.flatnonzero(way * np.log(grid / left) > -1e-9)[:1], len(grid) - 1][0]
     return grid[np.unique([*range(first), *range(first, len(grid), LONG_STEPS), len(grid) - 1])]
@@ -155,7 +203,7 @@ def by_change(ratios, here):
     return cells, before
 
 
-def disagreements(mechanism, found, key, side):
+def disagreements(mechanism, found, key, side, reach):
     """Changes on one side whose edge, or its absence, the sweep does not confirm."""
     here = found.sel(parameter=key, side=side)
     present, begin = found["present"].values == 1, float(here["present_value"])
@@ -164,10 +212,11 @@ def disagreements(mechanism, found, key, side):
     ends = np.concatenate([here["bracket_low"].values, here["bracket_high"].values, backs])
     step = float(found["step"]) * (1 if found["period"] else CHAOTIC)
     left = float(here[f"bracket_{FAR[side]}"].sel(change="doubling")) if found["period"] else np.nan
-    looked = looked_at(step, float(here["limit_ratio"]), left)
+    looked = looked_at(reach, step, float(here["limit_ratio"]), left)
     ratios, looked = outward(looked, edges[np.isfinite(edges)], ends[np.isfinite(ends)])
     cells, judged = by_change(ratios, here)
     windows = here[["window_low", "window_high"]].to_array().values.T  # told of: no motion there is judged
+    assert not np.any(windows[:, 1] / windows[:, 0] > 1 + float(found["lasting_share"]) + 1e-9)
     judged &= ~np.any([(low <= ratios) & (ratios <= high) for low, high in windows] + [ratios < 0], 0)[
         :, None
     ]
@@ -192,10 +241,22 @@ def disagreements(mechanism, found, key, side):
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_edges_lie_between_neighbouring_cells_of_a_dense_sweep(name):
-    mechanism = MECHANISMS[name]()
-    found = jp.assess(mechanism)
+    agrees_with_sweeps(MECHANISMS[name]())
+
+
+@pytest.mark.long
+@pytest.mark.timeout(3600)
+@pytest.mark.parametrize("name", UNSHOWN)
+def test_so_do_edges_of_linkages_that_no_page_shows(name):
+    make, along, reach = UNSHOWN[name]
+    agrees_with_sweeps(make(), reach, along=[along])
+
+
+def agrees_with_sweeps(mechanism, reach=REACH, **keywords):
+    """Check every edge that is told, and that there is one."""
+    found = jp.assess(mechanism, reach=reach, **keywords)
     assert int(found["status"]) == 0
     assert np.all(found["side_status"] == 0)
     assert np.isfinite(found["edge_ratio"]).any()
     pairs = itertools.product(map(str, found["parameter"].values), map(str, found["side"].values))
-    assert [wrong for pair in pairs for wrong in disagreements(mechanism, found, *pair)] == []
+    assert [wrong for pair in pairs for wrong in disagreements(mechanism, found, *pair, reach)] == []
