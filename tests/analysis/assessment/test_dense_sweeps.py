@@ -244,7 +244,7 @@ def test_edges_lie_between_neighbouring_cells_of_a_dense_sweep(name):
     agrees_with_sweeps(MECHANISMS[name]())
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("name", UNSHOWN)
 def test_so_do_edges_of_linkages_that_no_page_shows(name):
