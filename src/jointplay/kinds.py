@@ -282,11 +282,8 @@ _ROWS = (
         ".analysis.orbits.periodic_orbit:periodic_orbit",
         ("floquet", "time_history", "journal_orbit", "phase_portrait"),
         "period {period}, after {transient} dropped turns",
-        (Shown("floquet_multiplier", title="largest modulus of a Floquet multiplier"),),
         recorded=".analysis.orbits.periodic_orbit:names",
         tangents=True,
-        summary=".study.results.answers.orbits:periodic_orbit",
-        verdict=".study.results.answers.orbits:periodic_orbit_verdict",
         example={"mechanism": {"clearance": 2.9e-5}},
         references=("parker_chua1989", "deuflhard2011", "kuznetsov2004"),
         trial={"transient": 20},
@@ -298,7 +295,6 @@ _ROWS = (
         "{parameter} from {range[0]:g} to {range[1]:g}, period {period}",
         tangents=True,
         kept=True,
-        summary=".study.results.answers.orbits:continuation",
         example={"mechanism": {"clearance": 2.9e-5}, "analysis": {"range": (2.9e-5, 3.5e-5), "step": 0.05}},
         references=("allgower_georg2003", "keller1977", "parker_chua1989", "deuflhard2011", "kuznetsov2004"),
         trial={"parameter": "restitution", "range": [0.7, 0.85], "max_points": 5},
@@ -310,7 +306,6 @@ _ROWS = (
         "{plane:#} parameters, period {period}",
         tangents=True,
         kept=True,
-        summary=".study.results.answers.orbits:curve",
         example={
             "mechanism": {"clearance": 4.19e-5},
             "analysis": {

@@ -55,6 +55,7 @@ class Outputs:
         model: Model | None = None,
         plane: Mapping[str, Any] | None = None,
         words: Mapping[str, Sequence[str]] | None = None,
+        groups: Mapping[str, Mapping[str, Any]] | None = None,
         **attributes: Any,
     ) -> xr.Dataset:
         """The result, of the values that are known.
@@ -71,6 +72,9 @@ class Outputs:
             Coordinates of the plane that variables are over.
         words : mapping of str to sequence of str, optional
             Words of codes that the result numbers itself, by variable.
+        groups : mapping of str to mapping, optional
+            Variables, as xarray takes them, whose names a result has of its own, such as recorded quantities;
+            by the name that stands for them in the declaration.
         **attributes
             Of the file.
 
@@ -82,7 +86,7 @@ class Outputs:
         import xarray as xr
 
         axes = plane or {}
-        variables, coords = self.variables_of(values, of, [*axes], words)
+        variables, coords = self.variables_of(values, of, [*axes], words, groups)
         coords = axes | coords
         if model is not None:
             return dataset(model, variables, coords, self.kind, **attributes)
@@ -95,19 +99,20 @@ class Outputs:
         of: Mapping[str, str] | None = None,
         plane: Sequence[str] = (),
         words: Mapping[str, Sequence[str]] | None = None,
+        groups: Mapping[str, Mapping[str, Any]] | None = None,
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Variables and coordinates of values; as `dataset` takes them, but of the plane its axes' names."""
         if strange := values.keys() - {*self.coords, *self.variables}:
             raise KeyError(f"{self.kind} declares no {', '.join(sorted(strange))}")
-        named = words or {}
-        variables, coords = (
-            {
-                name: out.variable(values[name], of or OF, plane, named.get(name, ()))
-                for name, out in table.items()
-                if name in values
-            }
-            for table in (self.variables, self.coords)
-        )
+        named, own, found = words or {}, groups or {}, []
+        for table in (self.variables, self.coords):
+            made = {}
+            for name, out in table.items():
+                made |= own.get(name, {})
+                if name in values:
+                    made[name] = out.variable(values[name], of or OF, plane, named.get(name, ()))
+            found.append(made)
+        variables, coords = found
         return variables, coords
 
     def none(self, *names: str, **sizes: int) -> dict[str, np.ndarray]:

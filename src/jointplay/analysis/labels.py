@@ -65,6 +65,7 @@ def column(answers: Sequence[Mapping[str, Any]], key: str, missing: Any, dtype: 
 PLANE = "plane"  # stands for the dimensions of a plane whose axes a result has of its own
 KEPT = object()  # what a run that failed still tells
 OF = {"name": "the quantity", "units": "its units", "squared": "its units squared"}
+OF |= {"length": "m", "speed": "m s-1"}  # which a test system's lengths have not
 OF["per_hertz"] = "its units squared per hertz"  # as long as there is no quantity
 
 

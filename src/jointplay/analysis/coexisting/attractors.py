@@ -73,7 +73,7 @@ def _start_fits(varied: Mechanism | TestSystem, initial: Any) -> None:
 
 
 def answer(result: xr.Dataset) -> str:
-    """how many motions there are, the most likely ones, and where some begin and end."""
+    """Number of motions, the most likely ones, and the places where some begin and end."""
     share = result["fraction"]
     name, _ = share.dims
     if not share.size:

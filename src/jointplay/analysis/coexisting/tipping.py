@@ -72,7 +72,7 @@ Answers = Mapping[tuple[int, int], Entry]
 
 
 def answer(result: xr.Dataset) -> str:
-    """the smallest knock that throws each motion into another, and the edge states."""
+    """The smallest knock that throws each motion into another, and the edge states."""
     count = result.sizes["number"]
     if count < 2:
         return f"{counted(count, 'motion')}: there is no other to be thrown into"

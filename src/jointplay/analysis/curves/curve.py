@@ -20,13 +20,18 @@ import numpy as np
 from pydantic import AfterValidator
 
 from jointplay.analysis.curves import curve_dataset
+from jointplay.analysis.curves.curve_dataset import DIMS, MEETINGS
 from jointplay.analysis.curves.labelled import Branches, key_of, labels_fit, starts_in
-from jointplay.analysis.curves.tracing import BIFURCATIONS, KINDS, Curves, starts_of
-from jointplay.analysis.evaluate import dataset
+from jointplay.analysis.curves.tracing import BIFURCATIONS, FOLLOWED, KINDS, Curves, starts_of
+from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Moving, Settling, Small, analysis, several
-from jointplay.analysis.labels import outcome
+from jointplay.analysis.labels import Out, ended
+from jointplay.analysis.orbits import orbit_dataset
+from jointplay.analysis.orbits.branch import WHY
+from jointplay.analysis.orbits.branch_dataset import coordinate_outs, end_outs, grazed_outs, told
 from jointplay.analysis.orbits.continuation import STEP, Explorer
 from jointplay.analysis.orbits.family import Family, Point
+from jointplay.analysis.orbits.orbit_dataset import along
 from jointplay.analysis.orbits.orbit_request import (
     Range,
     Tolerance,
@@ -42,7 +47,9 @@ from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.rules import turns_alike
 from jointplay.analysis.starts import placed
 from jointplay.analysis.vary import axes
+from jointplay.display import codes
 from jointplay.display.errors import Problem, refuse
+from jointplay.display.units import measure
 from jointplay.solver.mechanism.base import Count, Natural, Number, accepts, unit
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
@@ -52,6 +59,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MAX_POINTS, MAX_CURVES = 200, 8
+LISTED = 3  # curves, or their meetings, named in a line
 BRANCH = 200  # points at least of the branch on which curves start
 _PLANE = "a table of two parameters, each with its lowest and highest value,"
 
@@ -87,7 +95,72 @@ def _plane_fits(
             yield Problem(key, problem.given, problem.expected)
 
 
-@analysis(section_fits, start_fits, turns_alike, _plane_fits, labels_fit, usual={"rtol": RTOL})
+def answer(result: xr.Dataset) -> str:
+    """The extent of each curve, the reason of its end, and its meetings with others."""
+    if not np.isfinite(result["period"].values).any():
+        return "no curve found: no periodic orbit, or no change of it on the branch over the first parameter"
+    lines = [_line(result, number) for number in range(min(result.sizes["curve"], LISTED))]
+    if more := result.sizes["curve"] - len(lines):
+        lines[-1] += f"; {more} more curves"
+    return "\n".join([*lines, *_meetings(result)])
+
+
+def _line(result: xr.Dataset, number: int) -> str:
+    one, names = result.isel(curve=number), str(result.attrs["parameters"]).split()
+    kind = codes.words(one["curve_kind"]).item().replace("_", " ")
+    spans = []
+    for name in names:
+        values, units = one[name].values[: int(one["n_points"])], str(result[name].attrs.get("units", "1"))
+        long = str(result[name].attrs.get("long_name", name))
+        spans.append(f"{long} {measure(float(values.min()), units)} to {measure(float(values.max()), units)}")
+    ends = [WHY.get(end, end) for end in codes.words(one["curve_end"]).values]
+    told = f"both ends: {ends[0]}" if ends[0] == ends[1] else f"first end: {ends[0]}; last end: {ends[1]}"
+    return f"{kind}, {int(one['n_points'])} points: {', '.join(spans)}; {told}"
+
+
+def _meetings(result: xr.Dataset) -> list[str]:
+    if not result.sizes["meeting"]:
+        return []
+    names, parts = str(result.attrs["parameters"]).split(), []
+    kinds = [kind.replace("_", " ") for kind in codes.words(result["meeting_kind"]).values]
+    for i, kind in enumerate(kinds[:LISTED]):
+        place = [
+            measure(float(result[f"meeting_{name}"][i]), str(result[name].attrs.get("units", "1")), 6)
+            for name in names
+        ]
+        parts.append(f"{kind} at ({', '.join(place)})")
+    if len(kinds) > LISTED:
+        parts.append(f"{len(kinds) - LISTED} more")
+    return ["meets " + ", ".join(parts)]
+
+
+OUTPUTS = Outputs(
+    "curve",
+    orbit_dataset.COORDS | coordinate_outs("curve"),
+    along(orbit_dataset.OUTS, *DIMS)
+    | {
+        "PARAMETER": Out(
+            DIMS, "each parameter, and under PARAMETER_tangent its derivative along the curve", ""
+        )
+    }
+    | end_outs("curve")
+    | grazed_outs("curve", "begins beyond a grazing")
+    | {
+        "curve_kind": Out("curve", "what changes on the curve", flags=FOLLOWED),
+        "meeting_curve": Out("meeting", "curve it lies on"),
+        "meeting_point": Out("meeting", "its point on the curve"),
+        "meeting_PARAMETER": Out("meeting", "each parameter there, and how closely that is enclosed", ""),
+    }
+    | grazed_outs("meeting", "appears or vanishes there")
+    | {"meeting_kind": Out("meeting", "what happens there", flags=MEETINGS)}
+    | orbit_dataset.SOUGHT,
+    answer,
+)
+
+
+@analysis(
+    section_fits, start_fits, turns_alike, _plane_fits, labels_fit, usual={"rtol": RTOL}, outputs=OUTPUTS
+)
 def curve(
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
@@ -142,17 +215,6 @@ def curve(
     progress : callable, optional
         Called with the fraction done, of at most `max_curves` curves of `max_points` points.
 
-    Returns
-    -------
-    xarray.Dataset
-        Over ``curve`` and ``point``: both parameters, their derivatives along the curve (``…_tangent``), and
-        all numbers that `periodic_orbit` gives. Over ``curve``: ``curve_kind``, at a grazing the event that
-        begins beyond it, ``n_points``; ``curve_end`` says why it ends. Over ``meeting``: ``meeting_kind``,
-        with what a curve meets there; its curve and point, both parameters, how closely they are enclosed, at
-        a grazing the event.
-        ``status`` is that of the first orbit, or interrupted (`jointplay run` then keeps the points that it
-        has).
-
     Raises
     ------
     InputError
@@ -204,10 +266,10 @@ def curve(
     kinds = [-1, *map(EVENTS.index, grazing_events)] if "grazing" in of else []  # -1: one that is not told
     starts = [each for each in starts if each.kind != "grazing" or each.event[1] in kinds]
     curves = list(islice(Curves(family, step, max_points, visit, kinds).traced(starts), max_curves))
-    linkage = isinstance(mechanism, Mechanism)
-    variables, coords = curve_dataset.variables(curves, family, both, orbit, requested.phase, linkage)
+    values, groups = curve_dataset.values_of(curves, family, both, orbit, requested.phase)
     stopped = "interrupted" in (*ends, *(end for each in curves for end in each.branch.ends))
-    variables |= outcome(INTERRUPTED if stopped else orbit.status, began, "how the search ended")
-    return dataset(orbit.map.model, variables, coords, "curve").assign_attrs(
-        parameters=" ".join(axis.name for axis in both)
-    )
+    values |= ended(INTERRUPTED if stopped else orbit.status, began)
+    of = orbit_dataset.units(isinstance(mechanism, Mechanism))
+    names = " ".join(axis.name for axis in both)
+    found = OUTPUTS.dataset(values, of, orbit.map.model, groups=groups, parameters=names)
+    return told(found, orbit.map.model)

@@ -1,4 +1,4 @@
-"""Variables of curves in two parameters: their points, meetings and ends."""
+"""Values of curves in two parameters: their points, meetings and ends."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.curves.tracing import FOLLOWED, Curve, whole
-from jointplay.analysis.labels import coded, labelled
+from jointplay.analysis.labels import number
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.branch_dataset import coordinates, ends, filled, grazed, place
 from jointplay.analysis.orbits.branch_points import Special
@@ -17,7 +17,6 @@ from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_search import at_phase
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.vary import Axis
-from jointplay.solver.mechanism.model import Model
 
 DIMS = ("curve", "point")
 MEETINGS = (
@@ -44,28 +43,30 @@ GRAZED = {  # by the curve on which an event appears or vanishes
 }
 
 
-def variables(
-    curves: Sequence[Curve], family: Family, axes: Sequence[Axis], orbit: Orbit, phase: float, linkage: bool
+def values_of(
+    curves: Sequence[Curve], family: Family, axes: Sequence[Axis], orbit: Orbit, phase: float
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Variables and coordinates of curves; `orbit` is the one that was found first, `phase` the section's."""
+    """Values of curves, and the variables whose names are those of parameters.
+
+    `orbit` is the one that was found first, `phase` the section's.
+    """
     blank = orbit_dataset.missing_numbers(len(orbit.map.free)) | {
         "orbit_state": np.full_like(orbit.state, np.nan)
     }
     blank |= {name: math.nan for axis in axes for name in (axis.name, f"{axis.name}_tangent")}
     table = [[_row(point, family, axes, phase) for point in curve.branch.points] for curve in curves]
-    stacked = filled(table, blank)
-    result = orbit_dataset.variables(stacked["orbit_state"], stacked, linkage, DIMS)
+    stacked, along = filled(table, blank), {}
+    values = {name: stacked[name] for name in orbit_dataset.OUTS}
     for axis in axes:
-        along, text = f"{axis.name}_tangent", f"derivative of the {axis.long_name} along the curve"
-        result[axis.name] = (DIMS, stacked[axis.name], axis.attributes)
-        result |= labelled({along: (stacked[along], axis.units, text)}, DIMS)
-    coords = {
-        **orbit_dataset.coordinates(orbit.map),
-        **coordinates(table, "curve"),
-    }
-    return result | _curves(curves, orbit.map.model) | _meetings(
-        curves, family, axes, orbit.map.model
-    ), coords
+        slope, text = f"{axis.name}_tangent", f"derivative of the {axis.long_name} along the curve"
+        along[axis.name] = (DIMS, stacked[axis.name], axis.attributes)
+        along[slope] = number(DIMS, stacked[slope], axis.units, text)
+    values |= orbit_dataset.coordinates(orbit.map) | coordinates(table, "curve")
+    values |= ends([curve.branch for curve in curves], "curve")
+    values |= grazed("curve", [curve.event for curve in curves])
+    values["curve_kind"] = np.array([FOLLOWED.index(curve.kind) for curve in curves], dtype=int)
+    met, there = _meetings(curves, family, axes)
+    return values | met, {"PARAMETER": along, "meeting_PARAMETER": there}
 
 
 def _row(point: Point, family: Family, axes: Sequence[Axis], phase: float) -> dict[str, Any]:
@@ -78,34 +79,23 @@ def _row(point: Point, family: Family, axes: Sequence[Axis], phase: float) -> di
     return row
 
 
-def _curves(curves: Sequence[Curve], model: Model) -> dict[str, Any]:
-    kinds = [FOLLOWED.index(curve.kind) for curve in curves]
-    return {
-        **ends([curve.branch for curve in curves], "curve"),
-        **grazed("curve", [curve.event for curve in curves], "begins beyond a grazing", model),
-        "curve_kind": coded("curve", np.array(kinds, dtype=int), "what changes on the curve", FOLLOWED),
-    }
-
-
-def _meetings(curves: Sequence[Curve], family: Family, axes: Sequence[Axis], model: Model) -> dict[str, Any]:
-    found = [(number, special) for number, each in enumerate(curves) for special in each.branch.specials]
-    points = [place(curves[number].branch, special) for number, special in found]
+def _meetings(curves: Sequence[Curve], family: Family, axes: Sequence[Axis]) -> tuple[dict, dict]:
+    """Values of meetings, and the variables of the parameters there."""
+    found = [(n, special) for n, each in enumerate(curves) for special in each.branch.specials]
+    points = [place(curves[n].branch, special) for n, special in found]
     places = np.array([family.parameter(special.q) for _, special in found]).reshape(-1, 2)
-    widths = np.array([special.width for _, special in found], dtype=float)
-    table = {
-        "meeting_curve": (np.array([number for number, _ in found], dtype=np.int16), "1", "curve it lies on"),
-        "meeting_point": (np.array(points, dtype=int), "1", "its point on the curve"),
-    }
+    widths, there = np.array([special.width for _, special in found], dtype=float), {}
     for axis, values, span in zip(axes, places.T, family.high - family.low, strict=True):
-        table[f"meeting_{axis.name}"] = (values, axis.units, f"{axis.long_name} there")
-        table[f"meeting_{axis.name}_accuracy"] = (widths * span, axis.units, "how closely that is enclosed")
-    kinds = [MEETINGS.index(_kind(curves[number], special)) for number, special in found]
-    events = grazed("meeting", [special.event for _, special in found], "appears or vanishes there", model)
-    return (
-        labelled(table, "meeting")
-        | events
-        | {"meeting_kind": coded("meeting", np.array(kinds, dtype=int), "what happens there", MEETINGS)}
-    )
+        name, close = f"meeting_{axis.name}", "how closely that is enclosed"
+        there[name] = number("meeting", values, axis.units, f"{axis.long_name} there")
+        there[f"{name}_accuracy"] = number("meeting", widths * span, axis.units, close)
+    kinds = [MEETINGS.index(_kind(curves[n], special)) for n, special in found]
+    return {
+        "meeting_curve": np.array([n for n, _ in found], dtype=np.int16),
+        "meeting_point": np.array(points, dtype=int),
+        **grazed("meeting", [special.event for _, special in found]),
+        "meeting_kind": np.array(kinds, dtype=int),
+    }, there
 
 
 def _kind(curve: Curve, special: Special) -> str:

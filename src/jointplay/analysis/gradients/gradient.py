@@ -71,7 +71,7 @@ def _orbit_fits(mechanism: Mechanism | TestSystem, orbit: bool, section: Plane |
 
 
 def answer(result: xr.Dataset) -> str:
-    """the largest relative sensitivity of each quantity, and whether there is a derivative."""
+    """The largest relative sensitivity of each quantity, and whether there is a derivative."""
     verdict = str(codes.words(result["derivative_status"]).item())
     if not np.isfinite(result["derivative"].values).any():
         return f"no derivative: {WHY.get(verdict, verdict)}"

@@ -74,7 +74,7 @@ COURSE = {"name": "long_name", "units": "units"}
 
 
 def answer(result: xr.Dataset) -> str:
-    """the best design, its values before and after, and what speaks against it."""
+    """The best design, its values before and after, and doubts about it."""
     end = str(codes.words(result["end"]).item())
     if end == "infeasible":
         return "\n".join([WHY[end] + _play(result), *_missed(result)])

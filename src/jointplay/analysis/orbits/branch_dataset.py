@@ -1,16 +1,16 @@
-"""Variables of branches of periodic orbits: their points, special points and ends."""
+"""Values of branches of periodic orbits: their points, special points and ends."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities, joint_flags
-from jointplay.analysis.labels import coded, labelled
+from jointplay.analysis.labels import Out, number
 from jointplay.analysis.orbits import branch_tangents, orbit_dataset
 from jointplay.analysis.orbits.branch import ENDS, WHY, Branch
 from jointplay.analysis.orbits.branch_points import KINDS, Special
@@ -23,7 +23,11 @@ from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.vary import Axis
 from jointplay.solver.mechanism.model import Model
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 DIMS = ("branch", "point")
+SLOPED = (*branch_tangents.NUMBERS, "orbit_state")
 JUMP = 10.0  # least distance of neighbours on the section asked for, over their step, after a jump at a wall
 
 
@@ -96,12 +100,13 @@ def point_row(
 def _named(quantities: dict[str, Any]) -> dict[str, Any]:
     """Variables of derivatives."""
     return {
-        f"{name}_tangent": (dims, values, attributes | {"long_name": _text(attributes["long_name"])})
+        f"{name}_tangent": (dims, values, attributes | {"long_name": sloped(attributes["long_name"])})
         for name, (dims, values, attributes) in quantities.items()
     }
 
 
-def _text(long_name: str) -> str:
+def sloped(long_name: str) -> str:
+    """Long name of a derivative along the branch."""
     return f"derivative of the {long_name} along the branch"
 
 
@@ -124,15 +129,14 @@ def _step(point: Point, before: dict[str, Any] | None) -> float:
     return float(np.linalg.norm(one.map.differ(one.state, other.state)) / point.unit)
 
 
-def variables(
+def values_of(
     branches: Sequence[Branch],
     family: Family,
     axis: Axis,
     passages: Passages,
     names: Sequence[str],
-    linkage: bool,
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Variables and coordinates of branches."""
+    """Values of branches, and the variables whose names are those of the parameter and of quantities."""
     table = [_rows(branch, passages, names) for branch in branches]
     size = max(map(len, table))
     blank = orbit_dataset.missing_numbers(len(table[0][0]["lyapunov_exponent"]))
@@ -143,27 +147,21 @@ def variables(
         for point, row in zip(branch.points, rows, strict=True):
             row |= {axis.name: family.parameter(point.q)} | _derivatives(row["slopes"], family, axis)
     stacked = filled(table, blank)
-    jumps = "whether an impact passed the section since the point before"
-    kinks = "whether the section's modes differ from those at the point before"
-    parents = np.array([branch.parent for branch in branches], dtype=np.int16)
-    variables = {
-        **orbit_dataset.variables(stacked["orbit_state"], stacked, linkage, DIMS),
-        **_quantities(table, size, [*names, *(f"{name}_tangent" for name in names)]),
-        **_tangents(stacked, axis, branches[0].points[0], linkage),
-        **ends(branches, "branch"),
-        **labelled(
-            {"branch_parent": (parents, "1", "branch that it leaves; -1: found from the start")}, "branch"
-        ),
-        **_specials(branches, family, axis, passages.phase),
-        "section_jump": coded(DIMS, stacked["section_jump"], jumps, ("no", "yes")),
-        "section_event": coded(DIMS, stacked["section_event"], kinks, ("no", "yes")),
-        axis.name: (DIMS, stacked[axis.name], axis.attributes),
+    first, map_ = branches[0].points[0], branches[0].points[0].orbit.map
+    values = {name: stacked[name] for name in orbit_dataset.OUTS}
+    values |= {f"{name}_tangent": stacked[f"{name}_tangent"] for name in SLOPED}
+    values |= {"arc_scale": map_.scale * first.unit} | ends(branches, "branch")
+    values["branch_parent"] = np.array([branch.parent for branch in branches], dtype=np.int16)
+    values |= _specials(branches, family, passages.phase)
+    values |= {name: stacked[name] for name in ("section_jump", "section_event")}
+    values |= orbit_dataset.coordinates(map_) | coordinates(table, "branch")
+    slope = number(DIMS, stacked[f"{axis.name}_tangent"], axis.units, sloped(axis.long_name))
+    groups = {
+        "QUANTITY": _quantities(table, size, [*names, *(f"{name}_tangent" for name in names)]),
+        "PARAMETER_tangent": {f"{axis.name}_tangent": slope},
+        "PARAMETER": {axis.name: (DIMS, stacked[axis.name], axis.attributes)},
     }
-    coords = {
-        **orbit_dataset.coordinates(branches[0].points[0].orbit.map),
-        **coordinates(table, "branch"),
-    }
-    return variables, coords
+    return values, groups
 
 
 def _derivatives(slopes: Slopes, family: Family, axis: Axis) -> dict[str, Any]:
@@ -171,20 +169,6 @@ def _derivatives(slopes: Slopes, family: Family, axis: Axis) -> dict[str, Any]:
     numbers = {f"{name}_tangent": slopes.numbers.get(name, math.nan) for name in branch_tangents.NUMBERS}
     parameter = {f"{axis.name}_tangent": slopes.q * (family.high - family.low)}
     return parameter | {"orbit_state_tangent": slopes.state} | numbers
-
-
-def _tangents(stacked: dict[str, np.ndarray], axis: Axis, point: Point, linkage: bool) -> dict[str, Any]:
-    """Variables of derivatives along the arc of parameter, state and numbers, and of the arc's units."""
-    told = {axis.name: (axis.units, axis.long_name), "orbit_state": ("1", "state on the section")}
-    for name in branch_tangents.NUMBERS:
-        unit, text = orbit_dataset.NUMBERS[name]
-        told[name] = (orbit_dataset.units(unit, linkage), text)
-    table = {f"{n}_tangent": (stacked[f"{n}_tangent"], unit, _text(text)) for n, (unit, text) in told.items()}
-    state = {"orbit_state_tangent": table.pop("orbit_state_tangent")}
-    sizes = {
-        "arc_scale": (point.orbit.map.scale * point.unit, "1", "change of a state over a unit of the arc")
-    }
-    return labelled(table, DIMS) | labelled(state, (*DIMS, "state")) | labelled(sizes, "state")
 
 
 def _rows(branch: Branch, passages: Passages, names: Sequence[str]) -> list[dict[str, Any]]:
@@ -225,31 +209,53 @@ def filled(table: Sequence[Sequence[dict[str, Any]]], blank: dict[str, Any]) -> 
 def coordinates(table: Sequence[Sequence[Any]], of: str) -> dict[str, Any]:
     """Numbers of branches and of their points, and their ends; `of`: the noun for a branch."""
     size = max(map(len, table), default=0)
+    return {of: np.arange(len(table)), "point": np.arange(size), "end": np.array(["first", "last"])}
+
+
+def coordinate_outs(of: str) -> dict[str, Out]:
+    """The same as declared."""
     return {
-        **labelled({of: (np.arange(len(table)), "1", of)}, of),
-        **labelled({"point": (np.arange(size), "1", f"point of the {of}")}, "point"),
-        **labelled({"end": (["first", "last"], "1", f"end of the {of}")}, "end"),
+        of: Out(of, of),
+        "point": Out("point", f"point of the {of}"),
+        "end": Out("end", f"end of the {of}"),
     }
 
 
 def ends(branches: Sequence[Branch], of: str) -> dict[str, Any]:
     """Number of points of each branch, and the reasons of its ends; `of`: the noun for a branch."""
     found = np.reshape([[ENDS.index(end) for end in branch.ends] for branch in branches], (-1, 2))
-    reasons = coded((of, "end"), found, f"why a {of} ends there", ENDS)
-    reasons[2]["comment"] = "; ".join(f"{end}: {why}" for end, why in WHY.items())
-    counts = np.array([len(branch.points) for branch in branches], dtype=int)
-    return labelled({"n_points": (counts, "1", f"points of the {of}")}, of) | {f"{of}_end": reasons}
+    return {"n_points": np.array([len(branch.points) for branch in branches], dtype=int), f"{of}_end": found}
 
 
-def grazed(of: str, events: Sequence[tuple[int, int]], text: str, model: Model) -> dict[str, Any]:
+def end_outs(of: str) -> dict[str, Out]:
+    """The same as declared."""
+    end = Out((of, "end"), f"why a {of} ends there", flags=ENDS)
+    return {"n_points": Out(of, f"points of the {of}"), f"{of}_end": end}
+
+
+def grazed(of: str, events: Sequence[tuple[int, int]]) -> dict[str, Any]:
     """Contacts and kinds of the events that appear or vanish at grazings."""
-    joints = np.array([joint for joint, _ in events], dtype=np.int16)
     kinds = [kind if kind >= 0 else len(EVENTS) for _, kind in events]
-    named = f"joint of the event that {text}, counted from 0; -1: none"
+    joints = np.array([joint for joint, _ in events], dtype=np.int16)
+    return {f"{of}_event_joint": joints, f"{of}_event_kind": kinds}
+
+
+def grazed_outs(of: str, text: str) -> dict[str, Out]:
+    """The same as declared."""
     return {
-        f"{of}_event_joint": (of, joints, {"units": "1", "long_name": named} | joint_flags(model)),
-        f"{of}_event_kind": coded(of, kinds, f"event that {text}", (*EVENTS, "none")),
+        f"{of}_event_joint": Out(of, f"joint of the event that {text}, counted from 0; -1: none"),
+        f"{of}_event_kind": Out(of, f"event that {text}", flags=(*EVENTS, "none")),
     }
+
+
+def told(found: xr.Dataset, model: Model) -> xr.Dataset:
+    """The dataset, whose ends are explained and whose contacts have a model's names."""
+    for name, each in found.data_vars.items():
+        if str(name).endswith("_event_joint"):
+            each.attrs |= joint_flags(model)
+        elif str(name) in ("branch_end", "curve_end"):
+            each.attrs["comment"] = "; ".join(f"{end}: {why}" for end, why in WHY.items())
+    return found
 
 
 def place(branch: Branch, special: Special) -> int:
@@ -257,30 +263,21 @@ def place(branch: Branch, special: Special) -> int:
     return next(i for i, point in enumerate(branch.points) if point is special.point)
 
 
-def _specials(branches: Sequence[Branch], family: Family, axis: Axis, phase: float) -> dict[str, Any]:
+def _specials(branches: Sequence[Branch], family: Family, phase: float) -> dict[str, Any]:
     """The special points of all branches."""
     found = [(number, special) for number, branch in enumerate(branches) for special in branch.specials]
     numbers, specials = [number for number, _ in found], [special for _, special in found]
     points = [place(branches[number], special) for number, special in found]
-    parameters = [family.parameter(special.q) for special in specials]
     widths = [abs(special.width * (family.high - family.low)) for special in specials]
-    events = [special.event for special in specials]
-    kinds = [KINDS.index(special.kind) for special in specials]
     states = np.array([at_phase(special.point.orbit, phase)[0] for special in specials])
-    states = states.reshape(-1, len(branches[0].points[0].orbit.state))
     parts = np.array([[special.multiplier.real, special.multiplier.imag] for special in specials])
-    table = {
-        "special_branch": (np.array(numbers, dtype=np.int16), "1", "branch of a special point"),
-        "special_point": (np.array(points, dtype=int), "1", "its point on the branch"),
-        "special_parameter": (np.array(parameters), axis.units, "parameter there"),
-        "special_accuracy": (np.array(widths), axis.units, "how closely the parameter is enclosed"),
-    }
-    multipliers = {"special_multiplier": (parts.reshape(-1, 2), "1", "multiplier that makes the change")}
-    model = branches[0].points[0].orbit.map.model
     return {
-        **labelled(table, "special"),
-        **grazed("special", events, "appears or vanishes at a grazing", model),
-        **labelled({"special_state": (states, "1", "state on the section there")}, ("special", "state")),
-        **labelled(multipliers, ("special", "part")),
-        "special_kind": coded("special", kinds, "what changes there", KINDS),
+        "special_branch": np.array(numbers, dtype=np.int16),
+        "special_point": np.array(points, dtype=int),
+        "special_parameter": np.array([family.parameter(special.q) for special in specials]),
+        "special_accuracy": np.array(widths),
+        **grazed("special", [special.event for special in specials]),
+        "special_state": states.reshape(-1, len(branches[0].points[0].orbit.state)),
+        "special_multiplier": parts.reshape(-1, 2),
+        "special_kind": [KINDS.index(special.kind) for special in specials],
     }

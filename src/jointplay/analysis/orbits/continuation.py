@@ -18,14 +18,23 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 
-from jointplay.analysis.evaluate import dataset
+from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Moving, Names, Settling, Small, Text, analysis
-from jointplay.analysis.labels import outcome
-from jointplay.analysis.orbits import branch_dataset
+from jointplay.analysis.labels import Out, ended
+from jointplay.analysis.orbits import branch_dataset, branch_tangents, orbit_dataset
 from jointplay.analysis.orbits.arclength import first
-from jointplay.analysis.orbits.branch import Branch, Tracer
-from jointplay.analysis.orbits.branch_points import Special, departures
+from jointplay.analysis.orbits.branch import WHY, Branch, Tracer
+from jointplay.analysis.orbits.branch_dataset import (
+    DIMS,
+    coordinate_outs,
+    end_outs,
+    grazed_outs,
+    sloped,
+    told,
+)
+from jointplay.analysis.orbits.branch_points import KINDS, Special, departures
 from jointplay.analysis.orbits.family import Family, Point
+from jointplay.analysis.orbits.orbit_dataset import along
 from jointplay.analysis.orbits.orbit_request import ORBIT, Range, Tolerance, branch_fits
 from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL
@@ -35,6 +44,9 @@ from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rates import needed
 from jointplay.analysis.starts import placed
 from jointplay.analysis.vary import axes
+from jointplay.display import codes
+from jointplay.display.number_text import plain
+from jointplay.display.units import measure
 from jointplay.solver.mechanism.base import Flag, Natural, Number, unit
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section
@@ -45,10 +57,94 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STEP = 0.02
+LISTED = 3  # special points named in a line
 MAX_POINTS, MAX_BRANCHES = 400, 4
 
 
-@analysis(*ORBIT, branch_fits, usual={"rtol": RTOL})
+def answer(result: xr.Dataset) -> str:
+    """The extent of the branches, the reasons of their ends, and the special points on them."""
+    name = str(result.attrs["parameter"]).rpartition(".")[2]
+    if not np.isfinite(result["period"].values).any():
+        return "no periodic orbit found to begin with"
+    lines = [_branch(result, name, b) for b in range(min(result.sizes["branch"], LISTED - 1))]
+    if more := result.sizes["branch"] - len(lines):
+        lines[-1] += f"; {more} more branches"
+    return "\n".join([*lines, _special(result)])
+
+
+def _branch(result: xr.Dataset, name: str, b: int) -> str:
+    one, units = result.isel(branch=b), str(result[name].attrs.get("units", "1"))
+    values = one[name].values[: int(one["n_points"])]
+    ends, stable = codes.words(one["branch_end"]).values, codes.words(one["stable"]).values[: len(values)]
+    places = zip(values[[0, -1]], ends, strict=True)
+    told = [f"ended at {measure(float(v), units)}: {WHY.get(end, end)}" for v, end in places]
+    if ends[0] == ends[1] == "range":
+        told = [f"over the whole range, {measure(values.min(), units)} to {measure(values.max(), units)}"]
+    share = np.count_nonzero(stable == "stable")
+    how = "stable" if share == len(values) else f"stable at {share} of {len(values)} points"
+    period = plain(float(np.nanmax(one["period"].values)), 4)
+    return f"branch {b + 1}, period {period}, {how}: {' and '.join(told)}"
+
+
+def _special(result: xr.Dataset) -> str:
+    if not result.sizes["special"]:
+        return (
+            "no bifurcation and no grazing on them" if result.sizes["branch"] > 1 else "no bifurcation found"
+        )
+    units = str(result["special_parameter"].attrs.get("units", "1"))
+    kinds, places = codes.words(result["special_kind"]).values, result["special_parameter"].values
+    bifurcations = np.flatnonzero(kinds != "grazing")
+    named = [f"{kinds[i].replace('_', ' ')} at {measure(float(places[i]), units, 6)}" for i in bifurcations]
+    parts = named[:LISTED]
+    if len(named) > LISTED:
+        parts.append(f"{len(named) - LISTED} more")
+    if grazings := len(kinds) - len(named):
+        parts.append(f"{grazings} grazings (an event appears or vanishes)")
+    return ", ".join(parts)
+
+
+JUMPED = "whether an impact passed the section since the point before"
+BENT = "whether the section's modes differ from those at the point before"
+SLOPES = {
+    name: replace(orbit_dataset.OUTS[name], long_name=sloped(text))
+    for name, text in {
+        **{name: orbit_dataset.OUTS[name].long_name for name in branch_tangents.NUMBERS},
+        "orbit_state": "state on the section",
+    }.items()
+}
+OUTPUTS = Outputs(
+    "continuation",
+    orbit_dataset.COORDS | coordinate_outs("branch"),
+    along(orbit_dataset.OUTS, *DIMS)
+    | {
+        "QUANTITY": Out((*DIMS, "turn"), "what `record` asks for, and its derivative along the branch", ""),
+        "PARAMETER_tangent": Out(DIMS, sloped("parameter"), ""),
+    }
+    | {f"{name}_tangent": out for name, out in along(SLOPES, *DIMS).items()}
+    | {"arc_scale": Out("state", "change of a state over a unit of the arc")}
+    | end_outs("branch")
+    | {
+        "branch_parent": Out("branch", "branch that it leaves; -1: found from the start"),
+        "special_branch": Out("special", "branch of a special point"),
+        "special_point": Out("special", "its point on the branch"),
+        "special_parameter": Out("special", "parameter there", "{units}"),
+        "special_accuracy": Out("special", "how closely the parameter is enclosed", "{units}"),
+    }
+    | grazed_outs("special", "appears or vanishes at a grazing")
+    | {
+        "special_state": Out(("special", "state"), "state on the section there"),
+        "special_multiplier": Out(("special", "part"), "multiplier that makes the change"),
+        "special_kind": Out("special", "what changes there", flags=KINDS),
+        "section_jump": Out(DIMS, JUMPED, flags=("no", "yes")),
+        "section_event": Out(DIMS, BENT, flags=("no", "yes")),
+        "PARAMETER": Out(DIMS, "the parameter", ""),
+    }
+    | orbit_dataset.SOUGHT,
+    answer,
+)
+
+
+@analysis(*ORBIT, branch_fits, usual={"rtol": RTOL}, outputs=OUTPUTS)
 def continuation(
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
@@ -94,18 +190,6 @@ def continuation(
     progress : callable, optional
         Called with the fraction done, of at most `max_branches` branches of `max_points` points.
 
-    Returns
-    -------
-    xarray.Dataset
-        Over ``branch`` and ``point``: the parameter, all numbers that `periodic_orbit` gives, and quantities
-        on the section over ``turn`` of the orbit; under ``NAME_tangent`` the derivatives of parameter,
-        ``orbit_state``, ``period_time``, ``smallest_impact_speed`` and quantities along the branch, whose arc
-        is that of the states over ``arc_scale`` and the parameter over its range. Over ``special``:
-        ``special_kind`` (fold, branch_point, period_doubling, neimark_sacker, grazing),
-        ``special_parameter`` with its accuracy, branch and point, state, multiplier, and at a grazing the
-        event that appears or vanishes. ``branch_end`` says why a branch ends. ``status`` is that of the first
-        orbit, or interrupted (`jointplay run` then keeps the points that it has).
-
     Raises
     ------
     InputError
@@ -134,11 +218,12 @@ def continuation(
             progress(min(1.0, next(visited) / (max_points * most)))
 
     branches = Explorer(family, step, max_points, most, visit).explore(orbit, family.fraction(value))
-    linkage = isinstance(mechanism, Mechanism)
-    variables, coords = branch_dataset.variables(branches, family, axis, passages, names, linkage)
+    values, groups = branch_dataset.values_of(branches, family, axis, passages, names)
     stopped = any("interrupted" in branch.ends for branch in branches)
-    variables |= outcome(INTERRUPTED if stopped else orbit.status, began, "how the search ended")
-    return dataset(requested.model, variables, coords, "continuation").assign_attrs(parameter=axis.name)
+    values |= ended(INTERRUPTED if stopped else orbit.status, began)
+    of = {"units": axis.units} | orbit_dataset.units(isinstance(mechanism, Mechanism))
+    found = OUTPUTS.dataset(values, of, requested.model, groups=groups, parameter=axis.name)
+    return told(found, requested.model)
 
 
 @dataclass

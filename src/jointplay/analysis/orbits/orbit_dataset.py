@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.evaluate import joint_flags
-from jointplay.analysis.labels import coded, labelled
+from jointplay.analysis.evaluate import RUN
+from jointplay.analysis.labels import Out
 from jointplay.analysis.orbits import floquet, orbit_events
 from jointplay.analysis.orbits.orbit_events import BEGINS, CONTACT, KIND, PLACE, TIME
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
-from jointplay.analysis.quantities import EVENTS
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import state_names
 from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.model import Model
@@ -21,20 +23,37 @@ from jointplay.solver.mechanism.model import Model
 SAMPLES = 720  # a turn, for histories and closest approaches
 PARTS = ("real", "imaginary")
 STABILITY = ("unstable", "stable", "unknown")
-NUMBERS = {  # name: units, long name
-    "period": ("1", "period in turns"),
-    "period_time": ("s", "period"),
-    "residual": ("1", "largest change of the state over a period, in units of the states' scales"),
-    "impacts": ("1", "contacts begun in a turn"),
-    "smallest_impact_speed": ("m s-1", "smallest speed with which a contact begins"),
-    "closest_approach": ("m", "smallest gap, or penetration, that is turned back from"),
-    "grazing": ("1", "smallest relative approach to a guard"),
+OUTS = {
+    "period": Out((), "period in turns"),
+    "period_time": Out((), "period", "s"),
+    "residual": Out((), "largest change of the state over a period, in units of the states' scales"),
+    "impacts": Out((), "contacts begun in a turn"),
+    "smallest_impact_speed": Out((), "smallest speed with which a contact begins", "{speed}"),
+    "closest_approach": Out((), "smallest gap, or penetration, that is turned back from", "{length}"),
+    "grazing": Out((), "smallest relative approach to a guard", about="near 0: near another event"),
+    "floquet_multiplier": Out(("multiplier", "part"), "Floquet multiplier"),
+    "lyapunov_exponent": Out(
+        "multiplier", "Lyapunov exponent of the orbit", "s-1", "ln|multiplier| over the period"
+    ),
+    "orbit_state": Out("state", "state on the section: rad, m and their rates, or a system's own"),
+    "stable": Out((), "stability", flags=STABILITY, missing="unknown"),
 }
+COORDS = {
+    "multiplier": Out("multiplier", "number of the multiplier, the largest first"),
+    "part": Out("part", "part of a complex number"),
+    "state": Out("state", "state"),
+}
+SOUGHT = {"status": Out((), "how the search ended", flags=STATUS), "wall_time": RUN["wall_time"]}
 
 
-def units(unit: str, linkage: bool) -> str:
-    """Units of a quantity: a test system's lengths have none."""
-    return unit if linkage or "m" not in unit else "1"
+def along(outs: Mapping[str, Out], *dims: str) -> dict[str, Out]:
+    """The same variables, along further dimensions."""
+    return {name: replace(out, dims=(*dims, *out.axes)) for name, out in outs.items()}
+
+
+def units(linkage: bool) -> dict[str, str]:
+    """Units of lengths and speeds: a test system's have none."""
+    return {"length": "m", "speed": "m s-1"} if linkage else {"length": "1", "speed": "1"}
 
 
 def history(
@@ -53,7 +72,7 @@ def history(
 
 
 def orbit_numbers(orbit: Orbit) -> dict[str, Any]:
-    """Numbers of an orbit, by name: `NUMBERS`, and multipliers, exponents, stability."""
+    """Numbers of an orbit: values of `OUTS` but for its state."""
     section, image = orbit.map, orbit.image
     if orbit.status:
         return missing_numbers(len(section.free)) | {"residual": orbit.residual}
@@ -76,59 +95,34 @@ def orbit_numbers(orbit: Orbit) -> dict[str, Any]:
 
 def missing_numbers(size: int) -> dict[str, Any]:
     """The numbers of an orbit that was not found."""
-    nothing = {"floquet_multiplier": np.full((size, 2), np.nan), "lyapunov_exponent": np.full(size, np.nan)}
-    return dict.fromkeys(NUMBERS, math.nan) | nothing | {"stable": STABILITY.index("unknown")}
-
-
-def variables(
-    state: np.ndarray, numbers: dict[str, Any], linkage: bool, dims: tuple[str, ...] = ()
-) -> dict[str, Any]:
-    """Variables of an orbit's state and of its `orbit_numbers` (each stacked along `dims`)."""
-    scalars = {name: (numbers[name], units(unit, linkage), text) for name, (unit, text) in NUMBERS.items()}
-    multipliers = {"floquet_multiplier": (numbers["floquet_multiplier"], "1", "Floquet multiplier")}
-    exponents = {"lyapunov_exponent": (numbers["lyapunov_exponent"], "s-1", "Lyapunov exponent of the orbit")}
-    named = "state on the section: rad, m and their rates, or a system's own"
-    return {
-        **labelled(scalars, dims),
-        **labelled(multipliers, (*dims, "multiplier", "part")),
-        **labelled(exponents, (*dims, "multiplier")),
-        **labelled({"orbit_state": (state, "1", named)}, (*dims, "state")),
-        "stable": coded(dims, numbers["stable"], "stability", STABILITY),
-    }
+    sizes = {"multiplier": size, "part": len(PARTS)}
+    known = {name: out for name, out in OUTS.items() if name != "orbit_state"}
+    return {name: out.none(tuple(sizes[dim] for dim in out.axes))[()] for name, out in known.items()}
 
 
 def coordinates(section: SectionMap) -> dict[str, Any]:
-    """Coordinates of multipliers and states."""
-    number, text = np.arange(1, len(section.free) + 1), "number of the multiplier, the largest first"
+    """Values of `COORDS`."""
     names = np.array(state_names(section.model), dtype=str)
-    return {
-        **labelled({"multiplier": (number, "1", text)}, "multiplier"),
-        **labelled({"part": (PARTS, "1", "part of a complex number")}, "part"),
-        **labelled({"state": (names, "1", "state")}, "state"),
-    }
+    numbers = np.arange(1, len(section.free) + 1)
+    return {"multiplier": numbers, "part": np.array(PARTS), "state": names}
 
 
 def settings(model: Model) -> dict[str, Any]:
     """Data of the mechanism that figures of an orbit need."""
-    period = labelled({"turn_period_nominal": (model.period, "s", "nominal period of the drive")})
-    clearances = {"clearance": (model.clearances, "m", "radial clearance")}
-    return period | (labelled(clearances, "joint") if model.clearances else {})
+    period = {"turn_period_nominal": model.period}
+    return period | ({"clearance": np.asarray(model.clearances)} if model.clearances else {})
 
 
-def events(orbit: Orbit, lead: float, linkage: bool) -> dict[str, Any]:
-    """The orbit's events in turn, timed from the wanted section, `lead` s after that of its map."""
+def events(orbit: Orbit, lead: float) -> dict[str, Any]:
+    """The orbit's events in turn, timed from the section asked for, `lead` s after that of its map."""
     rows, duration = orbit.image.events, orbit.image.time
     if rows is None:
         rows, duration = np.zeros((0, TIME + 1)), 1.0
     times = np.mod(rows[:, PLACE] * duration - lead, duration)
-    speeds = orbit_events.approach_speeds(orbit.map.model, rows)
     order = np.argsort(times)
-    contacts, kinds = rows[order, CONTACT].astype(np.int16), rows[order, KIND]
-    table = {
-        "event_time": (times[order], "s", "time of the event since the section"),
-        "event_joint": (contacts, "1", "joint of the event, counted from 0"),
-        "event_approach_speed": (speeds[order], units("m s-1", linkage), "rate of the gap at the event"),
+    return {
+        "event_time": times[order],
+        "event_joint": rows[order, CONTACT].astype(np.int16),
+        "event_approach_speed": orbit_events.approach_speeds(orbit.map.model, rows)[order],
+        "event_kind": rows[order, KIND],
     }
-    variables = labelled(table, "event") | {"event_kind": coded("event", kinds, "kind of event", EVENTS)}
-    variables["event_joint"][2].update(joint_flags(orbit.map.model))
-    return variables

@@ -7,22 +7,29 @@ orbit meets no event at grazing incidence, where the map has no derivative (`gra
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Unpack
 
-from jointplay.analysis.evaluate import Quantities, dataset
+import numpy as np
+
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import OF_A_MODEL, RUN, Quantities, joint_flags
 from jointplay.analysis.keywords import Moving, Names, Settling, analysis
-from jointplay.analysis.labels import labelled, outcome
+from jointplay.analysis.labels import Out, ended
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.orbit_request import ORBIT, Tolerance
 from jointplay.analysis.orbits.orbit_search import Search, at_phase, search
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE
-from jointplay.analysis.quantities import recorded
+from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.analysis.rates import needed
 from jointplay.analysis.starts import placed
+from jointplay.display import codes
+from jointplay.display.number_text import plain
+from jointplay.display.units import measure
 from jointplay.solver.mechanism.base import Natural
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 from jointplay.solver.motion.looks import part
@@ -35,7 +42,60 @@ RTOL = 1e-11
 SETTLED = 0.5  # progress at the end of the transient
 
 
-@analysis(*ORBIT, usual={"rtol": RTOL})
+def verdict(result: xr.Dataset) -> xr.DataArray:
+    """Period and stability of each orbit, such as ``period 1, stable``."""
+    from xarray import where
+
+    period, stable = result["period"], codes.words(result["stable"])
+    named = where(np.isfinite(period), period.fillna(0).astype(int).astype(str), "")
+    words = "period " + named.astype(object) + ", " + stable.astype(object)
+    return where(np.isfinite(period), words, "no orbit found")
+
+
+def answer(result: xr.Dataset) -> str:
+    """Period, stability and largest multiplier of the orbit, and its contacts."""
+    if not math.isfinite(float(result["period"])):
+        left = float(result["residual"])
+        how = f": the state still changes by {plain(left, 2)} over a period" if math.isfinite(left) else ""
+        return f"no periodic orbit found{how}"
+    lines = [f"{verdict(result).item()}, {_multiplier(result['floquet_multiplier'].values[0])}"]
+    parts = [f"it lasts {measure(float(result['period_time']), 's', 6)}"]
+    if math.isfinite(float(result["impacts"])) and "clearance" in result:
+        parts.append(f"contacts begun per turn: {plain(float(result['impacts']), 4)}")
+    parts.append(f"closed to {plain(float(result['residual']), 1)}")
+    return "\n".join([*lines, ", ".join(parts)])
+
+
+def _multiplier(value: np.ndarray) -> str:
+    real, imaginary = map(float, value)
+    size = f"largest multiplier {plain(math.hypot(real, imaginary), 3)}"
+    if imaginary:
+        return f"{size} in modulus ({plain(real, 3)} ± {plain(abs(imaginary), 3)}i)"
+    return f"largest multiplier {plain(real, 3)}"
+
+
+OUTPUTS = Outputs(
+    "periodic_orbit",
+    orbit_dataset.COORDS | {"time": Out("time", "time since the section", "s")},
+    orbit_dataset.OUTS
+    | {
+        "event_time": Out("event", "time of the event since the section", "s"),
+        "event_joint": Out("event", "joint of the event, counted from 0"),
+        "event_approach_speed": Out("event", "rate of the gap at the event", "{speed}"),
+        "event_kind": Out("event", "kind of event", flags=EVENTS),
+        "turn_period_nominal": RUN["turn_period_nominal"],
+        "clearance": OF_A_MODEL["clearance"],
+        "n_iterations": Out((), "iterations of Newton"),
+        "QUANTITY": Out("time", "what `record` asks for", ""),
+    }
+    | orbit_dataset.SOUGHT,
+    answer,
+    verdict,
+    shown={"floquet_multiplier": "largest modulus of a Floquet multiplier"},
+)
+
+
+@analysis(*ORBIT, usual={"rtol": RTOL}, outputs=OUTPUTS)
 def periodic_orbit(
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
@@ -75,39 +135,32 @@ def periodic_orbit(
     samples_per_turn : int
         Of these.
 
-    Returns
-    -------
-    xarray.Dataset
-        ``orbit_state`` on the section; ``period`` (turns) and ``period_time`` (s); ``residual``;
-        ``floquet_multiplier`` over ``multiplier`` (the largest first) and ``part``; ``lyapunov_exponent``,
-        ln|multiplier| over the period (minus infinity where sticking loses a direction); ``stable``; the
-        events of the orbit; ``impacts`` a turn; ``smallest_impact_speed``, ``closest_approach`` and
-        ``grazing``: how near the orbit is to other events; quantities of `record` over ``time``; ``status``.
-
     Raises
     ------
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    quantities, linkage = names(record, mechanism), isinstance(mechanism, Mechanism)
+    quantities = names(record, mechanism)
     model, began = placed(mechanism, motion["initial"], section), time.perf_counter()
     requested = section_map(model, section, period, motion["rtol"], motion["max_steps"])
     how = Search(motion["transient"], tolerance, max_iterations)
     orbit = search(requested, how, part(motion["progress"], 0.0, SETTLED))
     state, lead = at_phase(orbit, requested.phase)
-    variables = orbit_dataset.variables(state, orbit_dataset.orbit_numbers(orbit), linkage)
-    variables |= orbit_dataset.events(orbit, lead, linkage) | orbit_dataset.settings(model)
-    variables |= labelled({"n_iterations": (orbit.iterations, "1", "iterations of Newton")})
-    coords = orbit_dataset.coordinates(orbit.map)
+    values = orbit_dataset.orbit_numbers(orbit) | orbit_dataset.events(orbit, lead)
+    values |= orbit_dataset.settings(model) | orbit_dataset.coordinates(orbit.map)
+    values |= {"orbit_state": state, "n_iterations": orbit.iterations} | ended(orbit.status, began)
+    history = {}
     if quantities:
         there = replace(orbit.map, phase=requested.phase)
         given = there, state, orbit.image.time, 0 if orbit.status else samples_per_turn
         rows = orbit_dataset.history(*given)
         sharp = orbit_dataset.history(*given, sharp=True) if needed(model, quantities) else rows
-        variables |= Quantities(model, rows, rows[:1].ravel(), sharp).variables(quantities, "time")
-        coords |= labelled({"time": (rows[:, 0] - there.begin, "s", "time since the section")}, "time")
-    variables |= outcome(orbit.status, began, "how the search ended")
-    return dataset(model, variables, coords, "periodic_orbit")
+        history = Quantities(model, rows, rows[:1].ravel(), sharp).variables(quantities, "time")
+        values["time"] = rows[:, 0] - there.begin
+    of = orbit_dataset.units(isinstance(mechanism, Mechanism))
+    found = OUTPUTS.dataset(values, of=of, model=model, groups={"QUANTITY": history})
+    found["event_joint"].attrs |= joint_flags(orbit.map.model)
+    return found
 
 
 def names(record: Sequence[str] | None, mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
