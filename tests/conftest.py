@@ -22,7 +22,7 @@ hypothesis.settings.register_profile(  # a busy machine is no mistake of the pro
 hypothesis.settings.load_profile("unhurried")
 
 SOON = Path(__file__).parents[1] / ".ci" / "long"  # long tests that are no nightly ones
-LOOPS = ("flow", "tangents.tangent_flow", "lanes.flow", "lanes.lane", "walls.wall_flow")
+LOOPS = ("flow", "tangents.tangent_flow", "lanes.flow", "lanes.lane", "lanes.attempts", "walls.wall_flow")
 
 
 def pytest_configure(config):

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..interface import inlined, inner
+from ..interface import inlined, inner, trajectory_at
 from ..modes import STICK, mask
 from ..tangents.frame import LOST
 from . import layout as rows
@@ -31,7 +31,7 @@ class Tangents(NamedTuple):
     weight: np.ndarray  # 1 / scale of each state
     real: np.ndarray
     grazing: np.ndarray  # of each trajectory, as Tangents of method.tangents.tangent has it
-    rows: np.ndarray  # trajectory, time, trace, volume, 0; logarithms of |F| and of the growth; state
+    rows: np.ndarray  # time, trace, volume, 0; logarithms of |F| and of the growth; state; trajectory
     count: np.ndarray  # rows
     logs: np.ndarray  # of each lane: logarithm of the growth
     volume: np.ndarray  # ln |det S| of its jumps
@@ -61,16 +61,16 @@ def tangents(frame: np.ndarray, scale: np.ndarray, real: np.ndarray, n_rows: int
 
 
 @inner
-def take_up(k, j, y, i):
+def take_up(e, j, y, i):
     """Begin the tangent of a trajectory that has just entered a lane."""
-    w, job = k.w, k.whole[8 * rows.JOB + i]
-    for r in range(k.n):
+    w, job = e.w, e.whole[8 * rows.JOB + i]
+    for r in range(e.n):
         w[8 * (rows.D_POSITION + r) + i], w[8 * (rows.D_SPEED + r) + i] = (
             y.frame[job, r],
-            y.frame[job, k.n + r],
+            y.frame[job, e.n + r],
         )
         w[8 * (rows.WEIGHT_POSITION + r) + i] = y.weight[job, r]
-        w[8 * (rows.WEIGHT + r) + i] = y.weight[job, k.n + r]
+        w[8 * (rows.WEIGHT + r) + i] = y.weight[job, e.n + r]
     w[8 * rows.D_TOLERANCE + i], w[8 * rows.D_LIMIT + i] = y.real[job, Y_TOLERANCE], y.real[job, Y_LIMIT]
     w[8 * rows.NEXT_ROW + i] = y.real[job, Y_BEGIN]
     w[8 * rows.DUE + i], w[8 * rows.NEW_SLOPES + i] = 2.0, 1.0
@@ -114,15 +114,16 @@ def base_slopes(g, v, w):
 
 
 @inner
-def before_event(f, v, k, y, i):
-    """Note the values before an event that the jump of the tangent needs."""
-    w, guard = k.w, k.whole[8 * rows.AT + i]
-    gather(f, k, i)
-    for r in range(k.n if w[8 * rows.TAKEN + i] == 0.0 else 0):  # another event at the same place
+def before_event(f, v, e, j, y, i):
+    """Note what the jump at an event needs of the side before it."""
+    w, guard, x = e.w, e.whole[8 * rows.AT + i], trajectory_at(j.x, e.whole[8 * rows.JOB + i])
+    gather(e, j, x, i)
+    f.trig(x.s, x.p)
+    for r in range(e.n if w[8 * rows.TAKEN + i] == 0.0 else 0):  # another event at the same place
         w[8 * (rows.RATE_BEFORE + r) + i] = w[8 * (rows.ACCELERATION + r) + i]
-    mask(k.modes, k.m)
-    v.gradient(guard, k.s, k.p, k.m, y.gradient[i])
-    y.stuck[i] = _stuck(k.modes)
+    mask(x.modes, x.m)
+    v.gradient(guard, x.s, x.p, x.m, y.gradient[i])
+    y.stuck[i] = _stuck(x.modes)
     w[8 * rows.NEW_SLOPES + i] = 1.0
 
 
@@ -135,12 +136,11 @@ def _stuck(modes):
 
 
 @inner
-def jump(k, y, i):
+def jump(e, j, y, i):
     """Take the tangent of a lane through an event that has just been handled (method.tangents.saltation)."""
-    w, n, h, job = k.w, k.n, y.gradient[i], k.whole[8 * rows.JOB + i]
-    slope, size, later, delay, held = h[0], abs(h[0]), h[0], 0.0, 0.0
-    for c in range(len(k.flags)):
-        held += 1.0 if k.whole[8 * (rows.MODE + c) + i] == STICK else 0.0
+    w, n, h, job = e.w, e.n, y.gradient[i], e.whole[8 * rows.JOB + i]
+    slope, size, later, delay = h[0], abs(h[0]), h[0], 0.0
+    held = _stuck(trajectory_at(j.x, job).modes)
     for r in range(n):
         moved = h[1 + r] * w[8 * (rows.SPEED + r) + i]
         before, after = w[8 * (rows.RATE_BEFORE + r) + i], w[8 * (rows.ACCELERATION + r) + i]
@@ -153,20 +153,20 @@ def jump(k, y, i):
         return
     lossy = held > y.stuck[i]
     y.volume[i] += -np.inf if lossy or later == 0.0 else log(abs(later / slope))
-    whole = _length(k, i, rows.D_POSITION, rows.D_SPEED)
+    whole = _length(e, i, rows.D_POSITION, rows.D_SPEED)
     for r in range(n):
         gained = w[8 * (rows.ACCELERATION + r) + i] - w[8 * (rows.RATE_BEFORE + r) + i]
         w[8 * (rows.D_SPEED + r) + i] += gained * (delay / slope)
-    if lossy and not _across(k, y, i) > LOST * whole:
+    if lossy and not _across(e, y, i) > LOST * whole:
         y.logs[i] = -np.inf
-        _replace(k, y, i, 0.0)
+        _replace(e, y, i, 0.0)
 
 
 @inner
-def _length(k, i, position, speed):
+def _length(e, i, position, speed):
     """Length of the tangent, or of the rate, in these rows."""
-    w, total = k.w, 0.0
-    for r in range(k.n):
+    w, total = e.w, 0.0
+    for r in range(e.n):
         p = w[8 * (rows.WEIGHT_POSITION + r) + i] * w[8 * (position + r) + i]
         q = w[8 * (rows.WEIGHT + r) + i] * w[8 * (speed + r) + i]
         total += p * p + q * q
@@ -174,10 +174,10 @@ def _length(k, i, position, speed):
 
 
 @inner
-def _across(k, y, i):
-    """Write the tangent's part across the rate into `y.across`; its length. Twice, for rounding."""
-    w, n, left = k.w, k.n, 0.0
-    rate = _length(k, i, rows.SPEED, rows.ACCELERATION)
+def _across(e, y, i):
+    """What of the tangent does not lie along the rate, into `y.across`; its length. Twice, for rounding."""
+    w, n, left = e.w, e.n, 0.0
+    rate = _length(e, i, rows.SPEED, rows.ACCELERATION)
     for r in range(n):
         y.across[r], y.across[n + r] = w[8 * (rows.D_POSITION + r) + i], w[8 * (rows.D_SPEED + r) + i]
     for _ in range(2 if rate > 0.0 else 0):
@@ -198,45 +198,46 @@ def _across(k, y, i):
 
 
 @inner
-def _replace(k, y, i, factor):
+def _replace(e, y, i, factor):
     """The tangent is `y.across` times a factor from here on."""
-    for r in range(k.n):
-        k.w[8 * (rows.D_POSITION + r) + i] = factor * y.across[r]
-        k.w[8 * (rows.D_SPEED + r) + i] = factor * y.across[k.n + r]
-    k.w[8 * rows.FOLLOWS + i] = 0.0
+    for r in range(e.n):
+        e.w[8 * (rows.D_POSITION + r) + i] = factor * y.across[r]
+        e.w[8 * (rows.D_SPEED + r) + i] = factor * y.across[e.n + r]
+    e.w[8 * rows.FOLLOWS + i] = 0.0
 
 
 @inner
-def renew(k, y, i):
-    """Record a row if one is due; remove the part along the rate where it hides the rest."""
-    w, left = k.w, _across(k, y, i)
+def renew(e, y, i):
+    """Record a row if one is due; where it hides the rest, take away what lies along the rate."""
+    w, left = e.w, _across(e, y, i)
     length = log(left) if left > 0.0 else -np.inf
     if w[8 * rows.T + i] >= w[8 * rows.NEXT_ROW + i]:
-        _note(k, y, i, y.logs[i] + length)
+        _note(e, y, i, y.logs[i] + length)
         while w[8 * rows.T + i] >= w[8 * rows.NEXT_ROW + i]:
-            w[8 * rows.NEXT_ROW + i] += y.real[k.whole[8 * rows.JOB + i], Y_BLOCK]
+            w[8 * rows.NEXT_ROW + i] += y.real[e.whole[8 * rows.JOB + i], Y_BLOCK]
     if w[8 * rows.DUE + i] > 1.0 and left > 0.0:
         y.logs[i] += length
-        _replace(k, y, i, 1.0 / left)
+        _replace(e, y, i, 1.0 / left)
     w[8 * rows.DUE + i] = 0.0
 
 
 @inner
-def _note(k, y, i, grown):
-    """Add a row as of method.tangents.tangent, after the trajectory's number."""
-    w, row = k.w, y.rows[y.count[0]]
-    rate = _length(k, i, rows.SPEED, rows.ACCELERATION)
-    row[0], row[1], row[2] = k.whole[8 * rows.JOB + i], w[8 * rows.T + i], w[8 * rows.TRACE + i]
-    row[3], row[4], row[5], row[6] = y.volume[i], 0.0, log(rate) if rate > 0.0 else -np.inf, grown
-    for r in range(k.n):
-        row[7 + r], row[7 + k.n + r] = w[8 * (rows.POSITION + r) + i], w[8 * (rows.SPEED + r) + i]
+def _note(e, y, i, grown):
+    """A row as those of method.tangents.tangent, then the trajectory's number."""
+    w, row = e.w, y.rows[y.count[0]]
+    rate = _length(e, i, rows.SPEED, rows.ACCELERATION)
+    row[0], row[1], row[2], row[3] = w[8 * rows.T + i], w[8 * rows.TRACE + i], y.volume[i], 0.0
+    row[4], row[5] = log(rate) if rate > 0.0 else -np.inf, grown
+    for r in range(e.n):
+        row[6 + r], row[6 + e.n + r] = w[8 * (rows.POSITION + r) + i], w[8 * (rows.SPEED + r) + i]
+    row[6 + 2 * e.n] = e.whole[8 * rows.JOB + i]
     y.last[i] = w[8 * rows.T + i]
     y.count[0] += 1
 
 
 @inner
-def lay_down(k, y, i):
+def lay_down(e, y, i):
     """Record where a trajectory has ended."""
-    if k.w[8 * rows.T + i] > y.last[i] >= 0.0:
-        left = _across(k, y, i)
-        _note(k, y, i, y.logs[i] + (log(left) if left > 0.0 else -np.inf))
+    if e.w[8 * rows.T + i] > y.last[i] >= 0.0:
+        left = _across(e, y, i)
+        _note(e, y, i, y.logs[i] + (log(left) if left > 0.0 else -np.inf))

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ..interface import INT, Record, Signature
+from ..interface import FUNCTIONS, INT, Record, Signature
 from . import layout as rows
 from .flow import run
-from .memory import AT_EVENT, JOBS, LANES, PARTS
+from .memory import JOBS, LANES, PARTS
 from .tangent import tangents
 
 TANGENTS = Record.of(tangents(np.zeros((1, 1)), np.ones((1, 1)), np.zeros((1, 1)), 1))
 flow = run
-UNIT = {"flow": Signature(INT, (AT_EVENT, PARTS, rows.FUNCTIONS, LANES, JOBS, rows.VARIATIONS, TANGENTS))}
+UNIT = {"flow": Signature(INT, (FUNCTIONS, PARTS, rows.FUNCTIONS, LANES, JOBS, rows.VARIATIONS, TANGENTS))}
