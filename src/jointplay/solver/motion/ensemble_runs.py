@@ -143,14 +143,14 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
     phases = np.array([form.turned(model) for model in models])
     jobs = memory.jobs([table(*each) for each in kinds], phases, np.zeros((len(models), width)), log)
     lanes = memory.lanes(rows, np.array(form.turning), form.crank, models[0].memories, form.sizes)
-    y = _started(tangents) if tangents else None
+    y, t = _started(tangents) if tangents else (None, None)
     place = jobs.place
     logs = [[log[:0, :-1]] for _ in models]
     grown = [[y.rows[:0, :-1]] for _ in models] if y else []
 
     def call(pause: int) -> int:
         place[PAUSE] = pause
-        return run(f, parts, g, lanes, jobs, v, y)
+        return run(f, parts, g, lanes, jobs, v, y, t)
 
     def take() -> None:
         _hand_out(log[: place[LOGGED]], logs)
@@ -192,12 +192,13 @@ def _variations(model: Model) -> tuple:
 
 
 def _started(tangents: Sequence[Tangent]) -> tuple:
-    """Tangents as the loop carries them."""
+    """Tangents as the loop carries them, and a frame."""
+    from jointplay.solver.method.lanes.tangent import frame
     from jointplay.solver.method.lanes.tangent import tangents as carried
 
     starts, scales = (np.array([getattr(each, name) for each in tangents]) for name in ("start", "scale"))
     real = np.array([[each.begin, each.block, each.tolerance, each.limit] for each in tangents])
-    return carried(starts, scales, real, LOG_ROWS)
+    return carried(starts, scales, real, LOG_ROWS), frame(starts.shape[1])
 
 
 def _functions(model: Model, form: Form) -> tuple:

@@ -45,11 +45,11 @@ def _attempt(g, w):
 
 
 @inner
-def run(f, parts, g, e, j, v, y):
+def run(f, parts, g, e, j, v, y, t):
     """Run until all trajectories are done (OK), or the log is full, or it is time for a pause (FULL).
 
-    Then empty the log, set the next pause and call again. With tangents y, and functions v that carry them,
-    these go along (ensemble.tangent_flow); where both are None, nothing of that is compiled.
+    Then empty the log, set the next pause and call again. With tangents y, functions v that carry them and
+    a frame t, these go along (lanes.tangent_flow); where all are None, nothing of that is compiled.
     """
     w, ended = e.w, True
     while True:
@@ -63,7 +63,7 @@ def run(f, parts, g, e, j, v, y):
                 g.base(w)
                 if y is not None:
                     base_slopes(g, v, w)
-                    _renew(e, y)
+                    _renew(e, y, t)
         if j.place[rows.LOGGED] + rows.ROOM > len(j.log) or j.place[rows.PASSED_BY] >= j.place[rows.PAUSE]:
             return FULL
         if y is not None and y.count[0] + tangent.ROOM > len(y.rows):
@@ -94,24 +94,24 @@ def run(f, parts, g, e, j, v, y):
                 base_slopes(g, v, w)
                 for i in range(8):
                     if events >> i & 1:
-                        jump(e, j, y, i)
+                        jump(e, j, y, t, i)
         if y is not None:
-            _renew(e, y)
+            _renew(e, y, t)
         for i in range(8):
             if odd >> i & 1 and ends(e, j, i):
                 if y is not None:
-                    lay_down(e, y, i)
+                    lay_down(e, y, t, i)
                 parts.leave(f, e, j, i)
                 ended = True
 
 
 @inlined
-def _renew(e, y):
+def _renew(e, y, t):
     """See to the tangents where something is due."""
     for i in range(8):
         if e.w[8 * rows.DUE + i] > 0.0 and e.whole[8 * rows.JOB + i] >= 0:
-            renew(e, y, i)
+            renew(e, y, t, i)
 
 
 flow = run
-UNIT = {"flow": Signature(INT, (FUNCTIONS, PARTS, rows.FUNCTIONS, LANES, JOBS, None, None))}
+UNIT = {"flow": Signature(INT, (FUNCTIONS, PARTS, rows.FUNCTIONS, LANES, JOBS, None, None, None))}

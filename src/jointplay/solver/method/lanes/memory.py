@@ -7,6 +7,7 @@ In all of the lanes' method the same letters stand for
     e   Lanes: the state of eight lanes, i the number of one
     j   Jobs: trajectories that wait, run, and are done
     y   Tangents: of these (tangent.Tangents); None: there are none
+    t   a frame as one trajectory has it (tangents.tangent.Tangents): scratch of the former
 
 and k, x, o for what a trajectory by itself has (method.memory), with which the plain functions are called.
 """
