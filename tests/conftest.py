@@ -18,7 +18,7 @@ hypothesis.settings.register_profile(  # a busy machine is no mistake of the pro
 )
 hypothesis.settings.load_profile("unhurried")
 
-LOOPS = ("flow", "tangents.tangent_flow", "lanes.flow", "lanes.lane", "walls.wall_flow")
+LOOPS = ("flow", "tangents.tangent_flow", "lanes.flow", "lanes.lane", "lanes.attempts", "walls.wall_flow")
 
 
 def pytest_configure(config):

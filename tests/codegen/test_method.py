@@ -56,7 +56,7 @@ def undefined(code: bytes) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    "name", ["flow", "tangents.tangent_flow", "walls.wall_flow", "lanes.flow", "lanes.lane"]
+    "name", ["flow", "tangents.tangent_flow", "walls.wall_flow", "lanes.flow", "lanes.lane", "lanes.attempts"]
 )
 def test_object_code_needs_nothing_but_mathematics(name):
     cache.method(name)

@@ -14,9 +14,11 @@ import pytest
 
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.method.codes import Event
 from jointplay.solver.method.lanes import radau as r
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
-from jointplay.solver.motion.trajectory import Request
+from jointplay.solver.motion.trajectory import Request, follow
+from jointplay.solver.motion.ways import WAYS
 
 TURNS = 1.2
 
@@ -30,7 +32,7 @@ def model(clearance, gear=3.0, friction=0.3):
 def asked(model, rtol=1e-5, turns=TURNS, **fields):
     """A run with events, cut a radian from the start and each turn on."""
     cut = {"level": model.crank_angle + 1.0, "period": math.tau, "direction": 1}
-    return Request(turns * model.period, rtol, events=True, log_from=-1.0, **cut | fields)
+    return Request(turns * model.period, rtol, events=True, **cut | {"log_from": -1.0} | fields)
 
 
 def same(a, b):
@@ -80,6 +82,21 @@ def test_finished_lanes_are_refilled(company):
     found = follow_ensemble([scenes[0]] * 30 + [scenes[2]], [*short, requests[2]])
     assert [each.samples[0, 0] for each in found[:-1]] == [each.duration for each in short]
     assert same(found[-1], records[2])
+
+
+def test_sections_at_events_and_late_records_are_those_of_one_trajectory():
+    scenes = [model(clearance) for clearance in (2.9e-5, 5e-5, 1e-4)]
+    ask = {"event": int(Event.CONTACT), "skip": 1, "stop_after": 4, "direction": 0}
+    requests = [asked(each, 1e-7, log_from=0.016 * each.period, misses=True, **ask) for each in scenes]
+    for each, request, found in zip(scenes, requests, follow_ensemble(scenes, requests), strict=True):
+        alone = follow(each, request)
+        assert WAYS[found.way] == "in_lanes"
+        for name in ("sections", "events", "misses"):
+            ours, theirs = getattr(found, name), getattr(alone, name)
+            assert ours[:, 0].tolist() == theirs[:, 0].tolist()
+            assert np.allclose(ours[:, 2], theirs[:, 2], rtol=0, atol=1e-6 * each.period)
+        assert 0 < len(found.sections) <= 3
+        assert found.events[0, 2] >= request.log_from
 
 
 SCRIPT = """

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from jointplay.solver.method.polynomial import STACK, basis, bernstein, first_root, keep_right
+from jointplay.solver.method.memory import STACK
+from jointplay.solver.method.polynomial import TO_ROUNDING, basis, bernstein, first_root, keep_right
 from jointplay.solver.method.radau import NODES
 
 NONE = 2.0
@@ -23,7 +24,7 @@ def coefficients(polynomial, multiplicity=0):
 
 def first(polynomial, side, multiplicity=0):
     b, degree = coefficients(polynomial, multiplicity)
-    return first_root(b, degree, side, np.zeros(STACK))
+    return first_root(b, degree, side, np.zeros(STACK), TO_ROUNDING)
 
 
 def expected(polynomial, side):
@@ -98,7 +99,7 @@ def test_what_lies_to_the_right_of_a_root():
     polynomial = Polynomial.fromroots([0.3, 0.6, 1.4])
     b, degree = coefficients(polynomial)
     degree = keep_right(b, degree, 0.3)
-    place = first_root(b, degree, 1, np.zeros(STACK))
+    place = first_root(b, degree, 1, np.zeros(STACK), TO_ROUNDING)
     assert 0.3 + place * 0.7 == pytest.approx(0.6, abs=1e-12)
 
 

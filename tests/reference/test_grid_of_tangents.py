@@ -345,8 +345,15 @@ def test_impacts_at_one_instant_have_no_derivative():
     model = assemble(own(**TWO))
     with pytest.raises(ArithmeticError, match=str(STATUS.index("no_derivative"))):
         tangent_map(model, 1.0)
-    (found,) = follow_ensemble([model], [Request(1.0, LANES, events=True, log_from=0.0)])
-    assert WAYS[found.way] == "left_lanes"
+
+
+def test_impacts_at_one_instant_are_those_of_one_trajectory_in_lanes():
+    model, request = assemble(own(**TWO)), Request(2.0, LANES, events=True, log_from=0.0)
+    (found,), alone = follow_ensemble([model], [request]), follow(model, request)
+    assert WAYS[found.way] == "in_lanes"
+    assert sorted(found.events[:, :2].tolist()) == sorted(alone.events[:, :2].tolist())
+    assert len(found.events) > 1
+    assert np.allclose(found.end, alone.end, rtol=0, atol=1e-6)
 
 
 @pytest.mark.long

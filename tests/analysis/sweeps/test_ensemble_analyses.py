@@ -21,7 +21,7 @@ from jointplay.solver.equations.write import system
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble, linkage
 from jointplay.solver.method.codes import Status
-from jointplay.solver.method.lanes import layout
+from jointplay.solver.method.lanes import layout, memory
 from jointplay.solver.motion import ensemble_runs
 from jointplay.solver.motion.ways import IN_LANES, LEFT
 from jointplay.study.file import validate
@@ -68,8 +68,8 @@ def test_what_lanes_cannot_finish_goes_on_by_itself(monkeypatch, exponents):
         def run(*given):
             code = loop.flow(*given)
             for jobs in given:
-                if isinstance(jobs, layout.Jobs):
-                    jobs.count[1, layout.C_STATUS] = Status.NOT_CONVERGED
+                if isinstance(jobs, memory.Jobs):
+                    jobs.status[1] = Status.NOT_CONVERGED
             return code
 
         return SimpleNamespace(flow=run)

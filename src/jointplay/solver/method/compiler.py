@@ -14,7 +14,7 @@ from numba.extending import (
     register_model,
 )
 
-from .interface import OPTIONS, Array, Record, Signature
+from .interface import OPTIONS, TRAJECTORY, WORK, Array, Record, Signature
 from .numba_private import INLINED, INNER, RAISES, UNCOUNTED, Ahead, AttributeTemplate, alloca_once, ir
 
 # One policy for every kernel: free of the interpreter's lock, IEEE division, no reference counting (a kernel
@@ -128,6 +128,25 @@ def _until(typing, o, end, h_max):
     return o(o, types.float64, types.float64), code
 
 
+def _nth(record: Record):
+    """The instruction that finds a record by its number in a table (interface.table)."""
+
+    @intrinsic
+    def nth(typing, words, n):
+        def code(context, builder, signature, values):
+            whole = context.make_array(signature.args[0])(context, builder, values[0])
+            at = builder.mul(values[1], WORD(record.places[""]))
+            return builder.gep(whole.data, [at], inbounds=True)
+
+        return typed(record)(words, types.int64), code
+
+    return nth
+
+
+OWN = {"until": _until}
+OWN |= {"work_at": _nth(WORK), "trajectory_at": _nth(TRAJECTORY), "options_at": _nth(OPTIONS)}
+
+
 class Compiler:
     """Marked functions as functions of numba, each made once, with the functions that it calls.
 
@@ -150,7 +169,7 @@ class Compiler:
         if written.how == "instruction":
             from .lanes.lane_instructions import INSTRUCTIONS
 
-            return (INSTRUCTIONS | {"until": _until})[written.__name__]
+            return (INSTRUCTIONS | OWN)[written.__name__]
         scope = self._scope(written.__globals__)
         code = written.__code__, scope, written.__name__, written.__defaults__, written.__closure__
         copy = FunctionType(*code)

@@ -11,10 +11,10 @@ from .control import instant
 from .interface import compiled, inlined, inner
 from .memory import EVALUATIONS
 from .modes import CONE, FORCE, PULLS, RELEASED, SLIP_NEGATIVE, SLIP_POSITIVE, STICK, STICKING, inside
-from .polynomial import basis, bernstein, first_root, interpolate, value
+from .polynomial import TO_ROUNDING, basis, bernstein, first_root, interpolate, value
 from .step import converge, keep
 
-REFINEMENTS = 8
+REFINEMENTS, NEAR_ROOT = 8, 1e-6  # attempts at a root; share of a step that ends there
 TOGETHER = 1e-6  # of a step that ends at an event: what happens within it is one event's
 FOLLOWING = 1e-6  # share of what a guard comes to in a step
 ROUNDING = 0.06  # of a guard's margin, which is more than sixteen roundings
@@ -119,29 +119,29 @@ def start_of(w, at, g, side, fired, margin):
 
 
 @inlined
-def leaving(b, degree, side, level, stack):
-    """First place where the polynomial with coefficients b is beyond a level; 2.0 if none. b is spent."""
+def leaving(b, degree, side, level, stack, share):
+    """Where the polynomial with coefficients b first goes beyond a level; 2.0 if nowhere. b is spent."""
     lowest = 0.0
     for i in range(degree + 1):
         b[i] -= level
         lowest = min(lowest, side * b[i])
-    return first_root(b, degree, side, stack) if lowest < 0.0 else 2.0
+    return first_root(b, degree, side, stack, share) if lowest < 0.0 else 2.0
 
 
 @inlined
-def first_event(w, row, modes, flags, fired, margin, doubt, b, stack):
-    """The guard that first leaves its side within the step in w, and where in [0, 1]; -1 and 2.0 if none.
+def first_event(k, x, o, doubt, share):
+    """The guard that first leaves its side within the step in k, and where in [0, 1]; -1 and 2.0 if none.
 
-    `row` is the lane row of the first guard. What goes beyond by less than `doubt` margins does not count.
+    What goes beyond by less than `doubt` margins does not count. The place is found to a share of the step.
     """
-    which, earliest = -1, 2.0
-    for g in range(len(fired)):
-        side = side_of(g, modes, flags)
+    which, earliest, b = -1, 2.0, k.b
+    for g in range(len(x.fired)):
+        side = side_of(g, x.modes, x.flags)
         if side != 0:
-            at = 8 * (row + g)
-            multiplicity, level = start_of(w, at, g, side, fired, margin)
-            level -= side * doubt * margin[g]
-            place = leaving(b, bernstein(w, at, multiplicity, b), side, level, stack)
+            at = 8 * (o.guards + g)
+            multiplicity, level = start_of(k.w, at, g, side, x.fired, x.margin)
+            level -= side * doubt * x.margin[g]
+            place = leaving(b, bernstein(k.w, at, multiplicity, b), side, level, k.stack, share)
             if place < earliest:
                 which, earliest = g, place
     return which, earliest
@@ -168,7 +168,7 @@ def root_level(b, degree, side, place, level, margin):
     """
     begin, start = 0 * degree, level + side * margin  # a variable, for the reason that interface gives
     back = start if side * start < -margin else 0.0
-    return back if side * (value(b, begin, degree, 0.5 * place, b[8:]) - back) > margin else level
+    return back if side * (value(b, begin, degree, 0.5 * place) - back) > margin else level
 
 
 @inner
@@ -194,6 +194,34 @@ def corrected(h, later):
 
 
 @inner
+def level_to_leave(k, x, o, guard, place):
+    """Multiplicity with which a guard starts at zero; the level whose crossing near `place` is located."""
+    row, side = o.guards + guard, side_of(guard, x.modes, x.flags)
+    multiplicity, level = start_of(k.w, 8 * row, guard, side, x.fired, x.margin)
+    if level != 0.0:
+        degree = bernstein(k.w, 8 * row, multiplicity, k.b)
+        level = root_level(k.b, degree, side, place, level, x.margin[guard])
+    return multiplicity, level
+
+
+@inner
+def at_root(k, x, o, row, multiplicity, level, guard, share):
+    """By how much of itself a step is to be longer to end at a root of (lane row `row`) - level.
+
+    And whether it ends there: to that share of itself, or within the guard's margin.
+    """
+    degree = bernstein(k.w, 8 * row, multiplicity, k.b)
+    later = correction(k.b, degree, level)
+    if abs(later) < share:
+        return later, True
+    if guard >= 0:
+        set_cone_margins(k.w, o.guards, 6.0, x)
+        if abs(k.b[degree] - level) < ROUNDING * x.margin[guard]:
+            return 0.0, True
+    return later, False
+
+
+@inner
 def locate(f, variant, k, x, o, h, place, row, multiplicity, level, guard):
     """Shorten the step in k.whole, of length h, to the root near `place` of (lane row `row`) - level.
 
@@ -201,7 +229,7 @@ def locate(f, variant, k, x, o, h, place, row, multiplicity, level, guard):
     whether it was found (a root that only the step's polynomial has is not). The shortened step is in k.w.
     The row may be that of a guard, which has a margin, or of none (-1).
     """
-    length, w, b = place * h, k.w, k.b
+    length, w = place * h, k.w
     for _ in range(REFINEMENTS):
         f.factor(variant, w, k.J, length)
         f.extrapolate(w, k.whole, 0.0, length / h)
@@ -211,14 +239,9 @@ def locate(f, variant, k, x, o, h, place, row, multiplicity, level, guard):
             return length, 1.0, False
         f.rate(variant, w, x.s, x.p, x.m)
         x.count[EVALUATIONS] += 7
-        degree = bernstein(w, 8 * row, multiplicity, b)
-        later = correction(b, degree, level)
-        if abs(later) < 1e-6:
+        later, there = at_root(k, x, o, row, multiplicity, level, guard, NEAR_ROOT)
+        if there:
             return length, 1.0 + later, True
-        if variant == STICKING:
-            set_cone_margins(w, o.guards, 6.0, x)
-        if guard >= 0 and abs(b[degree] - level) < ROUNDING * x.margin[guard]:
-            return length, 1.0, True
         length = corrected(length, later)
     return length, 1.0, False
 
@@ -233,7 +256,7 @@ def accept_until_event(f, variant, k, x, o, h):
     """
     if variant == STICKING:
         set_cone_margins(k.w, o.guards, 7.0, x)
-    guard, place = first_event(k.w, o.guards, x.modes, x.flags, x.fired, x.margin, 0.0, k.b, k.stack)
+    guard, place = first_event(k, x, o, 0.0, TO_ROUNDING)
     if guard < 0:
         if len(x.work) > 0:
             f.rate(variant, k.w, x.s, x.p, x.m)
@@ -243,13 +266,10 @@ def accept_until_event(f, variant, k, x, o, h):
     if place * h <= together:
         return guard, h, 0.0, not comes_back(x.fired[guard], h, o.near)
     keep(k.w, 8 * (o.first + 1), k.whole)
-    row, side = o.guards + guard, side_of(guard, x.modes, x.flags)
-    multiplicity, level = start_of(k.w, 8 * row, guard, side, x.fired, x.margin)
-    if level != 0.0:
-        degree = bernstein(k.w, 8 * row, multiplicity, k.b)
-        level = root_level(k.b, degree, side, place, level, x.margin[guard])
+    multiplicity, level = level_to_leave(k, x, o, guard, place)
+    row = o.guards + guard
     length, root, solved = locate(f, variant, k, x, o, h, place, row, multiplicity, level, guard)
-    _, earlier = first_event(k.w, o.guards, x.modes, x.flags, x.fired, x.margin, ROUNDING, k.b, k.stack)
+    _, earlier = first_event(k, x, o, ROUNDING, TO_ROUNDING)
     return guard, length, root, solved and (root - earlier) * length <= together + TOGETHER * length
 
 

@@ -106,7 +106,7 @@ def _at_wall(f, guard, at, k, x, o):
 
 
 @inner
-def _event(f, k, x, o, guard):
+def event(f, k, x, o, guard):
     """Change mode, or jump, at the base point; count events that crowd."""
     count, real, time = x.count, x.real, x.s[0]
     f.trig(x.s, x.p)
@@ -167,7 +167,7 @@ def _advance(f, variant, k, x, o, guard, length, root, doubts):
 
 
 @inner
-def _start(f, k, x, o):
+def initial_modes(f, k, x, o):
     """Set the contact modes that belong to the initial state."""
     f.trig(x.s, x.p)
     for j in range(len(x.flags)):
@@ -223,7 +223,7 @@ def _take(f, variant, k, x, o, g, y, h, error):
             if follows and begins_beyond(k.w, o.guards + guard):
                 count[TOGETHER] += 1
             before_event(f, g, variant, x, o, y, guard)
-        _event(f, k, x, o, guard)
+        event(f, k, x, o, guard)
         if y is not None:
             jump(f, g, k, x, o, y, guard)
     if y is not None:
@@ -240,7 +240,7 @@ def run(f, k, x, o, g, y):
     """
     count, real = x.count, x.real
     if not count[STARTED]:
-        _start(f, k, x, o)
+        initial_modes(f, k, x, o)
         if y is not None:
             begin_tangents(f, g, x, o, y)
             if y.count[NEUTRAL]:

@@ -19,7 +19,7 @@ number: pass a variable or a float.
 import ctypes
 import os
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -114,6 +114,17 @@ class Record:
             else:
                 words.append(part.address if isinstance(what, Signature) else part)
         return self._packed(*words)
+
+
+def table(record: Record, values: Sequence[tuple]):
+    """Tuples of one kind as compiled code finds them by number (`work_at` …): their words, a row of each.
+
+    The tuples must outlive their use.
+    """
+    if interpreted():
+        return list(values)
+    words = b"".join(map(record.pack, values))
+    return np.frombuffer(words, dtype=np.int64).reshape(len(values), record.places[""])
 
 
 def _seen(value) -> Any:
@@ -261,6 +272,24 @@ instruction = _marks("instruction")  # written as instructions in another file, 
 def until(o, end, h_max):
     """Options of a run with another end and longest step."""
     return o._replace(t_end=end, h_max=h_max)
+
+
+@instruction
+def work_at(words, n):
+    """Work by its number in a table."""
+    return words[n]
+
+
+@instruction
+def trajectory_at(words, n):
+    """Trajectory by its number in a table."""
+    return words[n]
+
+
+@instruction
+def options_at(words, n):
+    """Options by their number in a table."""
+    return words[n]
 
 
 def at_wall(f, guard, at, k, x, o):

@@ -45,7 +45,7 @@ STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW, DOUBT_ROW = map(float, Row)
 DRIVE, JOINTS = 0, 1  # places of the drive's and the joints' work among the integrals of a linkage
 COLUMNS = 3
 HALVINGS = 40  # of an interval, to isolate roots
-STACK = 10 * (HALVINGS + 2) + 8
+STACK = 10 * (HALVINGS + 2)
 # Places in Work.impact: rates that unit impulses make, then rows of SIZE, a system of equations, the share of
 # restitution, and the state before.
 MOST = 6  # walls at once

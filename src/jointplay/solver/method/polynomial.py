@@ -13,10 +13,11 @@ import numpy as np
 
 from .interface import compiled, inlined
 from .lanes.lanes import matvec
-from .memory import HALVINGS, STACK
+from .memory import HALVINGS
 from .radau import COLLOCATION, NODES
 
 DEGREE = 7
+TO_ROUNDING = 1e-15  # to which a root is found in an interval of length 1
 
 
 def to_bernstein(nodes: np.ndarray) -> np.ndarray:
@@ -103,14 +104,19 @@ def _changes(b, at, n, inside):
 
 
 @compiled
-def value(b, at, n, x, c):
-    """de Casteljau at x; c is scratch."""
-    for i in range(n + 1):
-        c[i] = b[at + i]
-    for k in range(n, 0, -1):
-        for i in range(k):
-            c[i] += x * (c[i + 1] - c[i])
-    return c[0]
+def value(b, at, n, x):
+    """de Casteljau at x, in local variables; those beyond the degree n, 7 at most, are of no account."""
+    c0, c1, c2, c3 = b[at], b[at + 1], b[at + 2], b[at + 3]
+    c4, c5, c6, c7 = b[at + 4], b[at + 5], b[at + 6], b[at + 7]
+    for _ in range(n):
+        c0 += x * (c1 - c0)
+        c1 += x * (c2 - c1)
+        c2 += x * (c3 - c2)
+        c3 += x * (c4 - c3)
+        c4 += x * (c5 - c4)
+        c5 += x * (c6 - c5)
+        c6 += x * (c7 - c6)
+    return c0
 
 
 @compiled
@@ -134,19 +140,19 @@ def _halve(b, at, n, left):
 
 
 @compiled
-def _bracketed(b, at, n, inside, c):
+def _bracketed(b, at, n, inside, share):
     """The one root of b[at : at + n + 1] on [0, 1], by false position that keeps its bracket (Illinois)."""
     lo, hi, side = 0.0, 1.0, 0
     g_lo, g_hi = b[at] * inside, b[at + n] * inside
     if g_lo <= 0.0:
         return lo
     for _ in range(80):
-        if g_hi == 0.0 or hi - lo < 1e-15:
+        if g_hi == 0.0 or hi - lo < share:
             break
         x = hi - g_hi * (hi - lo) / (g_hi - g_lo)
         if not lo < x < hi:
             x = 0.5 * (lo + hi)
-        g = value(b, at, n, x, c) * inside
+        g = value(b, at, n, x) * inside
         if g <= 0.0:
             hi, g_hi = x, g
             g_lo, side = (0.5 * g_lo if side == 1 else g_lo), 1
@@ -157,8 +163,10 @@ def _bracketed(b, at, n, inside, c):
 
 
 @compiled
-def first_root(b, n, inside, stack):
+def first_root(b, n, inside, stack, share):
     """First place in [0, 1] where the polynomial with coefficients b[: n + 1] leaves `inside`; 2.0 if none.
+
+    It is found to a share of the interval in which it is alone.
 
     `stack` takes intervals of ten doubles (place, width, coefficients), the leftmost on top. Where HALVINGS
     halvings leave two changes of sign, the polynomial touches zero and does not cross it: passed over.
@@ -171,7 +179,7 @@ def first_root(b, n, inside, stack):
         top = 10 * (depth - 1)
         changes = _changes(stack, top + 2, n, inside)
         if changes == 1:
-            return stack[top] + stack[top + 1] * _bracketed(stack, top + 2, n, inside, stack[STACK - 8 :])
+            return stack[top] + stack[top + 1] * _bracketed(stack, top + 2, n, inside, share)
         if changes == 0 or depth > HALVINGS:
             depth -= 1
             continue
@@ -197,7 +205,7 @@ def next_extremum(b, degree, place, side, end, stack):
 
     b is its derivative on [place, 1], which begins on the side `side`, and becomes that beyond the extremum.
     """
-    root = first_root(b, degree, side, stack) if degree > 0 else 2.0
+    root = first_root(b, degree, side, stack, TO_ROUNDING) if degree > 0 else 2.0
     at = place + root * (1.0 - place)
     if root > 1.0 or at > end:
         return 2.0, degree

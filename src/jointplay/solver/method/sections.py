@@ -10,7 +10,7 @@ from .codes import Section
 from .events import locate
 from .interface import inner
 from .memory import LEVEL, PASSED, SECTION_ROW, SECTIONS, SIDE, T_SECTION
-from .polynomial import bernstein, first_root, keep_right
+from .polynomial import TO_ROUNDING, bernstein, first_root, keep_right
 from .radau import NODES
 from .record import note
 from .step import keep
@@ -29,14 +29,14 @@ def _bring_back(source, w, at, h):
 
 
 @inner
-def _next_crossing(w, row, multiplicity, b, stack, level, after, side):
+def next_crossing(w, row, multiplicity, b, stack, level, after, side):
     """Place of the next crossing of `level` from `side`, after one at `after` (< 0: none); 2.0 if none."""
     degree = bernstein(w, 8 * row, multiplicity, b)
     for i in range(degree + 1):
         b[i] -= level
     if after >= 0.0:
         degree = keep_right(b, degree, after)
-    place = first_root(b, degree, side, stack)
+    place = first_root(b, degree, side, stack, TO_ROUNDING)
     return place if after < 0.0 or place > 1.0 else after + place * (1.0 - after)
 
 
@@ -53,7 +53,7 @@ def sections(f, variant, k, x, o, h, end):
     for _ in range(SECTIONS_A_STEP):
         after = place if o.period == 0.0 else -1.0
         level = real[LEVEL] + count[PASSED] * o.period * o.direction  # a sum would drift
-        place = _next_crossing(k.w, row, whole, k.b, k.stack, level, after, count[SIDE])
+        place = next_crossing(k.w, row, whole, k.b, k.stack, level, after, count[SIDE])
         if place > end or (o.stop_after and count[SECTIONS] >= o.stop_after):
             return
         if count[SIDE] == -o.direction and x.s[0] + place * h - real[T_SECTION] > 1e-3 * o.near:

@@ -22,15 +22,23 @@ from jointplay.solver.codegen.lanes import HINDRANCES
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.mechanism.structure import linkage
-from jointplay.solver.method.codes import COUNTERS, Row, Status
-from jointplay.solver.motion import guard_tolerances
+from jointplay.solver.method.codes import Row, Status
 from jointplay.solver.motion.lane_form import Form
 from jointplay.solver.motion.pieces import in_pieces, pace
-from jointplay.solver.motion.trajectory import Records, Request, follow
+from jointplay.solver.motion.trajectory import (
+    Records,
+    Request,
+    counts,
+    follow,
+    row,
+    run_of,
+    scratch,
+    wall_unit,
+)
 from jointplay.solver.motion.ways import IN_LANES, LEFT, RTOL, hindrance, of_structure
 
 LOG_ROWS = 8192
-PARTS = {"jump": "lanes.jumps", "approaches": "lanes.approaches"}  # compiled alone, where called
+AT_EVENTS = ("contacts", "trig", "reset")  # functions of a structure at one point; a wall needs its rate too
 FEWEST = 16  # motions side by side that fill the lanes of two workers
 
 
@@ -113,36 +121,39 @@ def carry(models: Sequence[Model], requests: Sequence[Request], tangents: Sequen
 def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = ()) -> tuple[list, list]:
     """Motions of one structure in lanes, and their tangents."""
     from jointplay.solver.method.control import FULL
-    from jointplay.solver.method.lanes.layout import C_STATUS, LOGGED, PASSED_BY, PAUSE
-    from jointplay.solver.method.lanes.memory import jobs as waiting
-    from jointplay.solver.method.lanes.memory import lanes as empty
+    from jointplay.solver.method.interface import OPTIONS, TRAJECTORY, WORK, table
+    from jointplay.solver.method.lanes import memory
+    from jointplay.solver.method.lanes.layout import LOGGED, PASSED_BY, PAUSE
 
     began, models, form = time.perf_counter(), [model for model, _ in pairs], Form.of(pairs[0][0])
     asked, pairs = pairs, [(model, form.by_sections(model, request)) for model, request in pairs]
     name = "lanes.tangent_flow" if tangents else "lanes.flow"
-    called = {"jump": form.jumps > 0, "approaches": any(request.misses for _, request in pairs)}
-    for each in (name, "lanes.lane", *(PARTS[part] for part in PARTS if called[part])):
+    called = ["lanes.attempts", "lanes.lane", name, wall_unit(models[0].structure)]
+    misses = any(request.misses for _, request in pairs)
+    for each in filter(None, [*called, "lanes.approaches" * misses]):
         cache.prepare(each)
-    f, g, rows = _functions(models[0], form)  # compiled here while others compile the loop
+    g, rows = _functions(models[0], form)  # compiled here while others compile the loop
     v = _variations(models[0]) if tangents else None
-    run, parts = cache.method(name).flow, _parts(called)
-    real = np.array([_real(*pair, form) for pair in pairs])
-    whole = np.array([_whole(request) for _, request in pairs], dtype=np.int64)
-    states, numbers = np.array([form.state(each) for each in models]), np.array([m.numbers for m in models])
-    jobs = waiting(states, numbers, real, whole, len(form.flags) + form.jumps, LOG_ROWS)
-    turning, memories = np.array(form.turning), models[0].memories
-    lanes = empty(rows, numbers.shape[1], turning, form.crank, memories, form.flags, form.sizes)
-    y = _started(tangents) if tangents else None
+    f = _at_events(models[0])
+    run, parts = cache.method(name).flow, _parts(misses)
+    k, width = scratch(models[0].structure, more=1), len(row(run_of(*pairs[0])[0]))  # a row for the section
+    log = memory.shared_log(LOG_ROWS, width)
+    runs = [run_of(*pair, log) for pair in pairs]
+    kinds = zip((WORK, TRAJECTORY, OPTIONS), ([k], *zip(*runs, strict=True)), strict=True)
+    phases = np.array([form.turned(model) for model in models])
+    jobs = memory.jobs([table(*each) for each in kinds], phases, np.zeros((len(models), width)), log)
+    lanes = memory.lanes(rows, np.array(form.turning), form.crank, models[0].memories, form.sizes)
+    y, t = _started(tangents) if tangents else (None, None)
     place = jobs.place
-    logs = [[jobs.log[:0, 1:]] for _ in models]
-    grown = [[y.rows[:0, 1:]] for _ in models] if y else []
+    logs = [[log[:0, :-1]] for _ in models]
+    grown = [[y.rows[:0, :-1]] for _ in models] if y else []
 
     def call(pause: int) -> int:
         place[PAUSE] = pause
-        return run(f, parts, g, lanes, jobs, v, y)
+        return run(f, parts, g, lanes, jobs, v, y, t)
 
     def take() -> None:
-        _hand_out(jobs.log[: place[LOGGED]], logs)
+        _hand_out(log[: place[LOGGED]], logs)
         place[LOGGED] = 0
         if y is not None:
             _hand_out(y.rows[: y.count[0]], grown)
@@ -152,11 +163,11 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
     in_pieces(call, lambda: int(place[PASSED_BY]), own, FULL, math.inf, take)
     each, found = (time.perf_counter() - began) / len(models), []
     for n, (model, request) in enumerate(asked):
-        if jobs.count[n, C_STATUS] != Status.OK:  # it steps aside, or failed: by itself it may go on
+        if jobs.status[n] != Status.OK:  # it steps aside, or failed: by itself it may go on
             found.append(None if tangents else replace(follow(model, request), way=LEFT))
         else:
-            log = np.concatenate(logs[n])
-            found.append(_records(jobs, n, log, each, form, len(request.at) > 1))
+            log_of = np.concatenate(logs[n])
+            found.append(_records(runs[n][0], jobs.start[n], log_of, each, len(request.at) > 1))
     if y is None:
         return found, []
     carried = zip(found, map(np.concatenate, grown), y.grazing.tolist(), strict=True)
@@ -164,11 +175,11 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
 
 
 def _hand_out(rows: np.ndarray, to: list[list[np.ndarray]]) -> None:
-    """Copy rows to their motions, whose number is in the first column, without that."""
-    rows = rows[np.argsort(rows[:, 0], kind="stable")]
-    begins = np.flatnonzero(np.diff(rows[:, 0], prepend=-1.0))
+    """Copy rows to their motions, whose number is in the last column, without that."""
+    rows = rows[np.argsort(rows[:, -1], kind="stable")]
+    begins = np.flatnonzero(np.diff(rows[:, -1], prepend=-1.0))
     for part in np.split(rows, begins[1:]) if len(rows) else ():
-        to[int(part[0, 0])].append(part[:, 1:])
+        to[int(part[0, -1])].append(part[:, :-1])
 
 
 def _variations(model: Model) -> tuple:
@@ -181,68 +192,50 @@ def _variations(model: Model) -> tuple:
 
 
 def _started(tangents: Sequence[Tangent]) -> tuple:
-    """Tangents as the loop carries them."""
+    """Tangents as the loop carries them, and a frame."""
+    from jointplay.solver.method.lanes.tangent import frame
     from jointplay.solver.method.lanes.tangent import tangents as carried
 
     starts, scales = (np.array([getattr(each, name) for each in tangents]) for name in ("start", "scale"))
     real = np.array([[each.begin, each.block, each.tolerance, each.limit] for each in tangents])
-    return carried(starts, scales, real, LOG_ROWS)
+    return carried(starts, scales, real, LOG_ROWS), frame(starts.shape[1])
 
 
 def _functions(model: Model, form: Form) -> tuple:
-    """Functions of a structure at a point, and in lanes; rows of these."""
+    """Functions of a structure in lanes; rows of these."""
     from jointplay.solver.method.interface import pointers
-    from jointplay.solver.method.lanes.layout import AtEvent, Functions
+    from jointplay.solver.method.lanes.layout import Functions
 
-    module, own = cache.ensemble_module(model.structure), cache.structure_module(model.structure)
-    sizes = len(form.flags), form.jumps, form.sizes["folds"], form.crank
-    algebra = cache.ensemble_algebra(form.turning, *sizes)
-    f = pointers(own, kind=AtEvent)
-    g = pointers(module, algebra, kind=Functions)
-    return f, g, module.ROWS
+    module = cache.ensemble_module(model.structure)
+    sizes = form.sizes["contacts"], form.sizes["resets"], form.sizes["folds"], form.crank
+    return pointers(module, cache.ensemble_algebra(form.turning, *sizes), kind=Functions), module.ROWS
 
 
-def _parts(called: dict[str, bool]):
-    """The parts of the loop that it calls by address, compiled alone where they are so."""
+def _at_events(model: Model) -> tuple:
+    """Functions of a structure at one point, as many as events need."""
+    from jointplay.solver.method.interface import Functions
+    from jointplay.solver.method.lanes.memory import nothing
+
+    module, unit = cache.structure_module(model.structure), wall_unit(model.structure)
+    needed = AT_EVENTS + ("rate",) * bool(unit)
+    found = {name: getattr(module, name) if name in needed else nothing for name in Functions._fields}
+    return Functions(**found | {"at_wall": cache.method(unit).at_wall} if unit else found)
+
+
+def _parts(approaches: bool):
+    """The parts of the loop that it calls by address, those compiled alone where they are."""
     from jointplay.solver.method.lanes.layout import Parts
     from jointplay.solver.method.lanes.memory import nothing
 
-    own = [getattr(cache.method(PARTS[part]), part) if called[part] else nothing for part in PARTS]
     lane = cache.method("lanes.lane")
-    return Parts(lane.enter, lane.event, *own)
+    own = cache.method("lanes.approaches").approaches if approaches else nothing
+    return Parts(lane.enter, lane.event, lane.leave, cache.method("lanes.attempts").special, own)
 
 
-def _real(model: Model, request: Request, form: Form) -> list[float]:
-    """Numbers of a trajectory, in the order of method.lanes.layout."""
-    from jointplay.solver.method.lanes.radau import MAX_TURN
-
-    rest, contacts = guard_tolerances.rest(model, request.rtol), len(form.flags)
-    play, swift = guard_tolerances.rounded_gap(model), MAX_TURN / model.h_max
-    gap, force = guard_tolerances.guards(model, rest, contacts, 0).reshape(contacts, 4)[:, :2].T
-    squares = guard_tolerances.clearances_squared(model, contacts)
-    times = [float(request.duration), request.rtol, rest, 1e-7 * model.period]
-    times += [guard_tolerances.rebound(model, request.rtol), play, 1e-5 * model.period, swift]
-    own = np.column_stack([guard_tolerances.cones(model)[:contacts], gap, force, squares])
-    walls = np.tile([0.0, play, 0.0, np.inf], (form.jumps, 1))
-    return [*times, request.level, request.period, *form.floors(model, request), *own.ravel(), *walls.ravel()]
-
-
-def _whole(request: Request) -> list[int]:
-    """Whole numbers of a trajectory, in the order of method.lanes.layout."""
-    cut = [request.direction, request.skip, request.stop_after]
-    return [*cut, request.max_steps, int(request.events), int(request.misses)]
-
-
-def _records(jobs, n: int, log: np.ndarray, seconds: float, form: Form, sampled: bool) -> Records:
-    """Records of a trajectory; its section points are the samples where `sampled`."""
-    from jointplay.solver.method.lanes.layout import C_STATUS
-
-    columns = form.columns(2)
-    kinds = {tag: log[log[:, 0] == tag, 1:][:, columns] for tag in Row}
-    counts = {name: int(jobs.count[n, place]) for place, name in enumerate(COUNTERS)}
-    status, samples = int(jobs.count[n, C_STATUS]), jobs.final[n : n + 1][:, form.columns(0)]
-    end = samples[0]
+def _records(x, start: np.ndarray, log: np.ndarray, seconds: float, sampled: bool) -> Records:
+    """Records of a trajectory; its section points are the samples where these were asked for."""
+    kinds, end = {tag: log[log[:, 0] == tag, 1:] for tag in Row}, row(x)
+    samples = end[None, :]
     if sampled:
         samples, kinds[Row.SECTION] = kinds[Row.SECTION][:, 2:], kinds[Row.SECTION][:0]
-    ended = jobs.start[n][form.columns(0)], end, status, seconds, counts, IN_LANES
-    return Records(samples, *kinds.values(), *ended)
+    return Records(samples, *kinds.values(), start, end, int(Status.OK), seconds, counts(x), IN_LANES)

@@ -13,9 +13,6 @@ from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.lanes import CLOCK, PHASE
 from jointplay.solver.motion.trajectory import Request
 
-NO_ERROR = (
-    1e100  # scale of an error that does not count: of phases, and of positions on which nothing depends
-)
 LATE = 1e-6  # of a period that a run lasts beyond its last sample
 
 
@@ -27,8 +24,6 @@ class Form:
     ----------
     phases : tuple of str
         Angles that turn by themselves, before the positions.
-    flags : ndarray
-        Of its contacts.
     sizes : dict
         Of its module (codegen.module).
     memories : int
@@ -40,7 +35,6 @@ class Form:
     """
 
     phases: tuple[str, ...]
-    flags: np.ndarray
     sizes: dict[str, int]
     memories: int
     turns: tuple[float, ...]
@@ -50,16 +44,10 @@ class Form:
     def of(cls, model: Model) -> Form:
         """The form of a model's structure."""
         module, own = cache.ensemble_module(model.structure), cache.structure_module(model.structure)
-        flags = np.array([*own.CONTACTS.values()], dtype=np.int64)
         turns = tuple(float(turn) for turn in model.turning[: own.SIZES["positions"]])
         phases, crank = tuple(module.PHASES), f"theta_{model.crank}"
         place = len(phases) + own.STATE.index(crank) - 1 if crank in own.STATE else 0
-        return cls(phases, flags, own.SIZES, model.memories, turns, place)
-
-    @property
-    def jumps(self) -> int:
-        """Number of guards that make the state jump."""
-        return self.sizes["resets"]
+        return cls(phases, own.SIZES, model.memories, turns, place)
 
     @property
     def unused(self) -> int:
@@ -71,10 +59,10 @@ class Form:
         """Kind of bound on the turn of each position in a step."""
         return (PHASE,) * len(self.phases) + self.turns + (0.0,) * self.unused
 
-    def state(self, model: Model) -> np.ndarray:
-        """The initial state."""
-        n_q, (now, later) = self.sizes["positions"], self._phases(model)
-        return np.concatenate([now, model.state[:n_q], np.zeros(self.unused), later - now, model.state[n_q:]])
+    def turned(self, model: Model) -> np.ndarray:
+        """Phases at the start, then their rates."""
+        now, later = self._phases(model)
+        return np.concatenate([now, later - now])
 
     def _phases(self, model: Model) -> np.ndarray:
         """Phases at the times 0 and 1, shape (2, phases)."""
@@ -92,14 +80,6 @@ class Form:
         found[CLOCK] = np.array([0.0, math.tau / model.period])
         return np.array([np.broadcast_to(found[name], 2) for name in self.phases]).reshape(-1, 2).T
 
-    def floors(self, model: Model, request: Request) -> np.ndarray:
-        """Tolerated errors of positions, then of speeds, where these are small."""
-        n_q, floors, none = self.sizes["positions"], request.rtol * model.absolute, [NO_ERROR]
-        phases, unused = none * len(self.phases), none * self.unused
-        return np.concatenate(
-            [phases, floors[:n_q], unused, phases, floors[n_q : len(floors) - self.memories]]
-        )
-
     def by_sections(self, model: Model, request: Request) -> Request:
         """The request, with samples at even times as section points of the first phase."""
         if len(request.at) < 2:
@@ -107,13 +87,5 @@ class Form:
         rate = np.diff(self._phases(model)[:, 0])[0]
         first, far = rate * request.at[0], abs(rate) * (request.at[1] - request.at[0])
         end = request.at[-1] + LATE * model.period
-        cut = {"level": first, "period": far, "direction": int(np.sign(rate))}
+        cut = {"at": request.at[:0], "level": first, "period": far, "direction": int(np.sign(rate))}
         return replace(request, duration=end, skip=0, stop_after=len(request.at), **cut)
-
-    def columns(self, lead: int) -> list[int]:
-        """Columns of a record of lanes, after `lead` others, in the order of one trajectory's."""
-        n, phases = len(self.turning), len(self.phases)
-        positions = [1 + phases + k for k in range(self.sizes["positions"])]
-        speeds = [1 + n + phases + k for k in range(self.sizes["speeds"])]
-        modes = [1 + 2 * n + self.memories + k for k in range(len(self.flags) + self.jumps)]
-        return [*range(lead + 1), *(lead + k for k in positions + speeds + modes)]

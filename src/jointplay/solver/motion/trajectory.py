@@ -107,7 +107,7 @@ def follow(model: Model, request: Request, progress: Callable[[float], None] | N
     began = time.perf_counter()
     prepare(model.structure)
     k, x, o = memory(model, request)
-    start, parts, code = _row(x), [], FULL
+    start, parts, code = row(x), [], FULL
 
     def tell() -> None:
         if progress is not None:
@@ -124,7 +124,7 @@ def follow(model: Model, request: Request, progress: Callable[[float], None] | N
     kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
     samples = x.samples[: x.count[SAMPLES]]
     went = time.perf_counter() - began, counts(x), way(hindrance(model, request))
-    return Records(samples, *kinds, start, _row(x), code, *went)
+    return Records(samples, *kinds, start, row(x), code, *went)
 
 
 def prepare(structure: Linkage | Oscillator, loop: str = "") -> None:
@@ -187,16 +187,30 @@ def functions(structure: Linkage | Oscillator) -> tuple:
 
 def memory(model: Model, request: Request):
     """Work arrays, arrays of the trajectory, and options of a run."""
-    from jointplay.solver.method.memory import ASTRAY, COLUMNS, GROWTH, LEVEL, H, Options, trajectory, work
+    x, o = run_of(model, request)
+    return scratch(model.structure), x, o
 
-    module = cache.structure_module(model.structure)
-    sizes = module.SIZES
+
+def scratch(structure: Linkage | Oscillator, more: int = 0):
+    """Work arrays of a structure, with so many lane rows `more`."""
+    from jointplay.solver.method.memory import work
+
+    sizes, _ = _sizes(structure)
+    n_q, n = sizes["positions"], sizes["speeds"]
+    looked, n_s = sizes["contacts"] + sizes["resets"] + sizes["rubs"], 1 + n_q + n + 2 * sizes["angles"]
+    return work(n_s, n_q, n, looked, sizes["powers"], sizes["rows"] + more, sizes["jacobian"])
+
+
+def run_of(model: Model, request: Request, log: np.ndarray | None = None):
+    """Arrays of the trajectory and options of a run; `log` may be shared with others."""
+    from jointplay.solver.method.memory import ASTRAY, COLUMNS, GROWTH, LEVEL, H, Options, trajectory
+
+    sizes, flags = _sizes(model.structure)
     n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
     state, rest = np.concatenate([[0.0], model.state]), guard_tolerances.rest(model, request.rtol)
     resets = sizes["resets"], sizes["rubs"]
     x = trajectory(state, model.numbers, n_q, sizes["angles"], n_contacts, *resets)
-    n_touch = n_contacts + sizes["resets"]
-    width = 1 + n_q + n + n_touch + sizes["powers"]
+    width = 1 + n_q + n + n_contacts + sizes["resets"] + sizes["powers"]
     x = x._replace(
         absolute=request.rtol * model.absolute,
         relative=request.rtol * model.relative,
@@ -205,11 +219,11 @@ def memory(model: Model, request: Request):
         clearance_squared=guard_tolerances.clearances_squared(model, n_contacts),
         group=_groups(model, sizes["resets"]),
         cone=guard_tolerances.cones(model),
-        flags=np.array([*module.CONTACTS.values()], dtype=np.int64),
+        flags=flags.copy(),
         work=np.zeros(sizes["powers"]),
         at=np.ascontiguousarray(request.at, dtype=float),
         samples=np.zeros((len(request.at), width)),
-        log=np.zeros((LOG_ROWS, COLUMNS + width)),
+        log=np.zeros((LOG_ROWS, COLUMNS + width)) if log is None else log,
     )
     x.real[H] = 1e-5 * model.period
     x.real[LEVEL] = request.level
@@ -241,9 +255,14 @@ def memory(model: Model, request: Request):
         skip=request.skip,
         stop_after=request.stop_after,
     )
-    looked = n_touch + sizes["rubs"]
-    k = work(len(x.s), n_q, n, looked, sizes["powers"], sizes["rows"], sizes["jacobian"])
-    return k, x, options
+    return x, options
+
+
+@lru_cache(maxsize=256)
+def _sizes(structure: Linkage | Oscillator) -> tuple[dict[str, int], np.ndarray]:
+    """Sizes of a structure's module, and the flags of its contacts."""
+    module = cache.structure_module(structure)
+    return module.SIZES, np.array([*module.CONTACTS.values()], dtype=np.int64)
 
 
 def _groups(model: Model, n_resets: int) -> np.ndarray:
@@ -279,7 +298,7 @@ def _section(request: Request) -> int:
     return int(Section.EVENT if request.event >= 0 else Section.NONE)
 
 
-def _row(x) -> np.ndarray:
+def row(x) -> np.ndarray:
     """The state at the base point, as a record's row."""
     n_x = len(x.absolute)
     return np.concatenate([x.s[: 1 + n_x], x.modes, x.work])

@@ -54,13 +54,12 @@ def _recorded(model: Model, request: Any) -> bool:
     from jointplay.solver.method.lanes.radau import MAX_TURN
 
     longest = MAX_TURN if model.links else MAX_TURN / PHASE  # one section point in a step
-    asked = not (request.steps or request.event >= 0 or request.rates) and _even(model, request, longest)
-    whole = request.log_from <= 0 or not (request.events or request.misses)
+    asked = not (request.steps or request.rates) and _even(model, request, longest)
     ahead = (request.level - (model.crank_angle if model.links else 0.0)) * request.direction > 0
     section = request.direction == 0 or (ahead and request.period > longest)
     n = len(model.turning)
     scaled = not (model.links and np.any(model.relative[:n])) and bool(np.all(model.relative[n:] == 1.0))
-    return asked and section and whole and scaled
+    return asked and section and scaled
 
 
 def _even(model: Model, request: Any, longest: float) -> bool:
@@ -70,4 +69,4 @@ def _even(model: Model, request: Any, longest: float) -> bool:
         return not len(at) or at[0] == request.duration
     far = np.diff(at, prepend=0.0) * math.tau / model.period > longest
     even = far.all() and np.ptp(np.diff(at)) < SAME * at[-1]
-    return not model.links and request.direction == 0 and bool(even)
+    return not model.links and request.direction == 0 and request.event < 0 and bool(even)

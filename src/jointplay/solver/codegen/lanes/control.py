@@ -22,15 +22,10 @@ AGAIN, SLOW = 0.85, 2.0
 Turning = tuple[float, ...]  # 1 where a position is an angle, 0 where it is none; PHASE of a phase
 
 
-def watched(contacts: int, jumps: int) -> list[int]:
-    """Guards: four of a contact, of a jump of the state its gap."""
-    return [*range(4 * contacts), *range(4 * contacts + GAP, 4 * (contacts + jumps), 4)]
-
-
 def judge(turning: Turning, contacts: int, jumps: int, folds: int, crank: int) -> list[str]:
     """Error, guards, dead centres, section at the position `crank`; whether the attempt is plain."""
     guards = ["low = 0.0", "approach = 0.0", "through = 0.0"]
-    guards += [line for g in watched(contacts, jumps) for line in _guard(g, g < 4 * contacts)]
+    guards += [line for g in range(4 * contacts + jumps) for line in _guard(g, g < 4 * contacts)]
     guards += [line for g in range(rows.FOLD, rows.FOLD + folds) for line in _dead_centre(g)]
     stores = {rows.LOW: "low", rows.PASSES: "approach", rows.CENTRE: "through"}
     guards += [f"{at(row)} = {value}" for row, value in stores.items()]
@@ -38,10 +33,10 @@ def judge(turning: Turning, contacts: int, jumps: int, folds: int, crank: int) -
 
 
 def _guard(g: int, touches: bool) -> list[str]:
-    """Lines that bound a guard's fall beyond its level (method.lanes.guards), by Bernstein coefficients."""
+    """How low a guard goes at most beyond its level (method.events), by Bernstein coefficients."""
     j, place = divmod(g, 4)
     force = at(rows.GUARD, 4 * j + FORCE)
-    margin = f"{at(rows.CONE, j)} * abs({force})" if place == CONE else at(rows.MARGIN, g)
+    margin = f"{at(rows.CONE, j)} * abs({force})" if place == CONE and touches else at(rows.MARGIN, g)
     lines = [
         f"start, side, margin = {at(rows.GUARD, g)}, {at(rows.SIDE, g)}, {margin}",
         f"level = level_of(start, side, {at(rows.FIRED, g)}, margin)",
@@ -51,7 +46,7 @@ def _guard(g: int, touches: bool) -> list[str]:
     lines += [f"b{n} = {total(TO_BERNSTEIN[n], names)}" for n in range(1, STAGES)]
     lines += [f"b0, b{STAGES} = v0, v{STAGES}"]
     lines += [f"low = min(low, side * (b{n} - level))" for n in range(STAGES + 1)]
-    lines += _approach(touches) if place == GAP else []
+    lines += _approach(touches) if place == GAP or not touches else []
     return lines + (_centre(names, j) if place == GAP and touches else [])
 
 
@@ -183,7 +178,7 @@ def settle(turning: Turning, contacts: int, jumps: int, folds: int) -> list[str]
         moved += choose(place, value, "taken > 0.0")
     for k, turns in enumerate(turning):
         moved += _moved(k, turns)
-    for g in watched(contacts, jumps):
+    for g in range(4 * contacts + jumps):
         moved += choose(at(rows.GUARD, g), at(rows.WATCHED, g), "taken > 0.0")
         moved += choose(at(rows.FIRED, g), "0.0", "taken > 0.0")
     for g in range(rows.FOLD, rows.FOLD + folds):

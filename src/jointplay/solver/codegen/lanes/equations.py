@@ -21,7 +21,7 @@ from ...equations.system import TIME, Angle, Contact, System
 from ...method.lanes import CLOCK
 from ...method.lanes import layout as rows
 from ...method.lanes.radau import STAGES
-from ...method.modes import CONE, FORCE, GAP
+from ...method.modes import CONE, FORCE
 from ..dynamics import Dynamics, eased
 from ..inverse_mass import dot, eliminate
 from ..module import guards
@@ -47,7 +47,7 @@ def text(system: System) -> str:
     system = replace(
         laid, resets=()
     )  # where a state jumps, the loop lets the structure's own functions do so
-    gaps = {4 * (len(system.contacts) + k) + GAP: each.guard for k, each in enumerate(laid.resets)}
+    gaps = {4 * len(system.contacts) + k: each.guard for k, each in enumerate(laid.resets)}
     writer, dynamics = Writer(system, phases), Dynamics(system, "touch")
     bodies = [*_rates(writer, dynamics, gaps), _slopes(writer, "slopes", dynamics)]
     sticks = bool(writer.sticking)

@@ -1,24 +1,39 @@
 """Attempts of one lane of an ensemble that need more than the step in lanes: failures, events, sections.
 
-As method.events and method.flow have it for one trajectory: the first guard that leaves its side on the
-step's polynomial (with its margin), the step again up to that root, the check that no other guard leaves
-earlier. The steps to a root are attempts like any others, beside those of other lanes; the last correction,
-1e-5 of the step at most, is by Taylor's series.
+They are decided as method.events and method.sections decide those of one trajectory, on the step as that has
+it (exchange). The steps to a root are attempts like any others, beside those of other lanes; the last
+correction, 1e-5 of the step at most, is by Taylor's series.
 """
 
-from math import inf
-
 from ..control import bounded, converged, error_ratio, failure, instant, learnt
-from ..events import AWAY, NEARING, REFINEMENTS, ROUNDING, TOGETHER, comes_back, corrected, correction
-from ..interface import inlined, inner, spliced
-from ..memory import SECTION_ROW
+from ..events import (
+    AWAY,
+    NEARING,
+    REFINEMENTS,
+    ROUNDING,
+    TOGETHER,
+    at_root,
+    comes_back,
+    corrected,
+    first_event,
+    level_to_leave,
+    set_cone_margins,
+    side_of,
+    start_of,
+)
+from ..interface import inlined, inner, options_at, spliced, trajectory_at, work_at
+from ..memory import FAILED as FAILURES
+from ..memory import H_START, PASSED
+from ..memory import LEVEL as SECTION_LEVEL
+from ..memory import REJECTED as REJECTIONS
+from ..sections import count_section, next_crossing
 from . import layout as rows
-from .guards import coefficients, first, level_to_leave, margin, passing
-from .radau import MAX_TURN, NEWTON, STAGES, STALE
-from .record import note, record_end
+from .exchange import gather, gather_guards, gather_position, gather_step, signed
+from .memory import PART
+from .radau import MAX_TURN, NEWTON, STALE
 
 ORDER = 6  # of the error estimate in h
-NEAR_ROOT = 1e-5  # of a step
+NEAR_ROOT, NEAR = 1e-5, 1e-8  # of a step: where an attempt at a root may end; of the step's polynomial
 NOTHING = 1e-6  # an update of this size ends Newton's iteration whatever came before
 AT_START = 1e-8  # of a step: no section is looked for nearer to its base point
 STEPPING, ROOT, SECTION, DONE = range(4)  # phases of a lane
@@ -26,33 +41,36 @@ STEPPING, ROOT, SECTION, DONE = range(4)  # phases of a lane
 AGAIN, MET, TAKEN, REJECTED, FAILED = range(5)
 
 
-@spliced
-def special(k, j, i):
-    """An attempt of lane i that is not plain. True: an event follows when it is settled."""
-    w, phase, verdict = k.w, k.whole[8 * rows.PHASE + i], _verdict(k.w, i)
+@inner
+def special(f, e, j, i):
+    """Decide what to do with an attempt of lane i that is not plain."""
+    w, phase, verdict = e.w, e.whole[8 * rows.PHASE + i], _verdict(e.w, i)
     if verdict == 0:
         w[8 * rows.JOINED + i] = 1.0
-        return False
+        return
+    job = e.whole[8 * rows.JOB + i]
+    k, x, o = work_at(j.k, 0), trajectory_at(j.x, job), options_at(j.o, job)
     found, number = AGAIN, 0.0
     if verdict < 0:
-        h = w[8 * rows.H + i] if phase == STEPPING else k.real[8 * rows.LENGTH + i]
+        h = w[8 * rows.H + i] if phase == STEPPING else e.real[8 * rows.LENGTH + i]
         w[8 * rows.SMOOTH + i] = w[8 * rows.SMOOTH + i] if h > 0.2 * w[8 * rows.H_PAST + i] else 0.0
         w[8 * rows.H_LIMIT + i] = 0.75 * h
         found, number = FAILED, 0.5 * h
     elif phase == SECTION:
-        found, number = _crossed(k, j, i)
+        found, number = _crossed(e, j, k, x, o, i)
     elif phase == ROOT:
-        found, number = _located(k, i)
+        found, number = _located(e, j, k, x, o, i)
     else:
-        found, number = _whole(k, j, i)
+        found, number = _whole(e, j, k, x, o, i)
     if found == TAKEN:
         end, place = 1.0 + number / w[8 * rows.H + i], 2.0
         if phase != SECTION:
-            place = passing(w, k.b, k.stack, k.crank, i, end)
-        return _taken(k, i, number, place)
-    if found >= REJECTED:
-        _shorten(k, j, i, number, found)
-    return found == MET
+            place = _passing(e, k, x, o, i, end)
+        _taken(e, i, number, place)
+    elif found >= REJECTED:
+        _shorten(e, j, x, o, i, number, found)
+    elif found == MET:
+        e.whole[8 * rows.MEETS + i] = 1
 
 
 @inlined
@@ -75,65 +93,79 @@ def _verdict(w, i):
 
 
 @inner
-def begin(k, i, h):
+def begin(e, i, h):
     """Let the next attempt have the length h, within its bounds."""
-    w, fast = k.w, k.w[8 * rows.SWIFT + i]
-    for r in range(k.n):
-        fast = max(fast, k.turning[r] * abs(w[8 * (rows.SPEED + r) + i]))
+    w, fast = e.w, e.w[8 * rows.SWIFT + i]
+    for r in range(e.n):
+        fast = max(fast, e.turning[r] * abs(w[8 * (rows.SPEED + r) + i]))
     w[8 * rows.H_NEXT + i] = bounded(h, fast, MAX_TURN, w[8 * rows.END + i] - w[8 * rows.T + i])
 
 
 @inner
-def _shorten(k, j, i, h, found):
-    """Try again with length h, and count the rejection or failure."""
-    w, job = k.w, k.whole[8 * rows.JOB + i]
-    j.count[job, rows.C_REJECTED if found == REJECTED else rows.C_FAILED] += 1
-    k.whole[8 * rows.PHASE + i] = STEPPING
+def _shorten(e, j, x, o, i, h, found):
+    """Try again with length h, what was found is counted."""
+    w = e.w
+    x.count[REJECTIONS if found == REJECTED else FAILURES] += 1
+    e.whole[8 * rows.PHASE + i] = STEPPING
     w[8 * rows.LEFT + i] -= 1.0
     w[8 * rows.H_CONTROL + i], w[8 * rows.REJECTION + i], w[8 * rows.ODD + i] = h, 1.0, 1.0
     w[8 * rows.WITHIN + i] = 0.0
-    begin(k, i, h)
-    if not h > instant(w[8 * rows.T + i], j.real[job, rows.J_NEAR]):
-        k.whole[8 * rows.PHASE + i] = DONE
-        j.count[job, rows.C_STATUS] = failure(w[8 * rows.POSITION + i :: 8], 2 * rows.N - 1)
+    begin(e, i, h)
+    if not h > instant(w[8 * rows.T + i], o.near):
+        gather(e, j, x, i)
+        done(e, j, i, failure(x.s, len(x.absolute)))
 
 
 @inner
-def aside(k, j, i):
+def done(e, j, i, status):
+    """The trajectory of a lane ends here."""
+    e.whole[8 * rows.PHASE + i] = DONE
+    j.status[e.whole[8 * rows.JOB + i]] = status
+
+
+@inner
+def aside(e, j, i):
     """The trajectory of a lane ends here, to be followed by itself."""
-    k.whole[8 * rows.PHASE + i] = DONE
-    j.count[k.whole[8 * rows.JOB + i], rows.C_STATUS] = rows.ASIDE
+    done(e, j, i, rows.ASIDE + 0 * i)
+
+
+@inner
+def _first(e, k, x, o, i, doubt):
+    """The guard that first leaves its side, and where in [0, 1]; -1 and 2.0 if none."""
+    gather_guards(e, k, o, len(x.fired), i)
+    set_cone_margins(k.w, o.guards, 7.0, x)
+    return first_event(k, x, o, doubt, NEAR)
 
 
 @spliced
-def _whole(k, j, i):
+def _whole(e, j, k, x, o, i):
     """An attempt that was to end anywhere: to be taken, or shorter up to its first event."""
-    w, h, error = k.w, k.w[8 * rows.H + i], k.w[8 * rows.ERROR + i]
+    w, h, error = e.w, e.w[8 * rows.H + i], e.w[8 * rows.ERROR + i]
     if not error < 1.0:
         return REJECTED, h * (max(0.1, 0.9 * error ** (-1.0 / ORDER)) if error < 1e10 else 0.1)
     if w[8 * rows.CENTRE + i] > NEARING:
-        aside(k, j, i)
+        aside(e, j, i)
         return AGAIN, 0.0
     if w[8 * rows.CENTRE + i] > AWAY:
         w[8 * rows.SMOOTH + i], w[8 * rows.H_LIMIT + i] = 0.0, 0.75 * h
         return FAILED, 0.5 * h
-    if k.whole[8 * rows.FRESH + i]:
-        at = 8 * (rows.H_START + int(w[8 * rows.VARIANT + i])) + i
-        k.real[at] = learnt(k.real[at], w[8 * rows.REJECTION + i] > 0.0, h, error)
-        k.whole[8 * rows.FRESH + i] = 0
+    if e.whole[8 * rows.FRESH + i]:
+        at = H_START + int(w[8 * rows.VARIANT + i])
+        x.real[at] = learnt(x.real[at], w[8 * rows.REJECTION + i] > 0.0, h, error)
+        e.whole[8 * rows.FRESH + i] = 0
     g, place = -1, 2.0
     if w[8 * rows.LOW + i] < 0.0:  # else the lanes have seen that none leaves
-        g, place = first(w, k.b, k.stack, k.contacts, i, 0.0)
-    k.whole[8 * rows.AT + i] = g
+        gather(e, j, x, i)
+        g, place = _first(e, k, x, o, i, 0.0)
+    e.whole[8 * rows.AT + i] = g
     if g < 0:
         return TAKEN, 0.0
-    near = j.real[k.whole[8 * rows.JOB + i], rows.J_NEAR]
-    if place * h > instant(w[8 * rows.T + i], near):
-        k.real[8 * rows.LENGTH + i], w[8 * rows.KEEP + i] = h, 1.0
-        k.real[8 * rows.LEVEL + i] = level_to_leave(w, k.b, i, g, place)
-        _again(k, i, ROOT, place * h)
+    if place * h > instant(x.s[0], o.near):
+        e.real[8 * rows.LENGTH + i], w[8 * rows.KEEP + i] = h, 1.0
+        _, e.real[8 * rows.LEVEL + i] = level_to_leave(k, x, o, g, place)
+        _again(e, i, ROOT, place * h)
         return AGAIN, 0.0
-    if comes_back(w[8 * (rows.FIRED + g) + i], h, near):
+    if comes_back(x.fired[g], h, o.near):
         w[8 * rows.SMOOTH + i] = 0.0
         return FAILED, 0.5 * h
     w[8 * rows.STEPS + i] += 1.0
@@ -142,85 +174,95 @@ def _whole(k, j, i):
 
 
 @inlined
-def _again(k, i, phase, h):
+def _again(e, i, phase, h):
     """The next attempt is the same step, shorter."""
-    w = k.w
-    k.whole[8 * rows.PHASE + i], k.whole[8 * rows.TRIES + i] = phase, 0
+    w = e.w
+    e.whole[8 * rows.PHASE + i], e.whole[8 * rows.TRIES + i] = phase, 0
     w[8 * rows.SMOOTH + i], w[8 * rows.OFFSET + i], w[8 * rows.ODD + i] = 1.0, 0.0, 1.0
     w[8 * rows.H_NEXT + i] = h
 
 
 @spliced
-def _located(k, i):
+def _located(e, j, k, x, o, i):
     """An attempt that was to end at a guard's root."""
-    w, h, g, least = k.w, k.w[8 * rows.H + i], k.whole[8 * rows.AT + i], k.real[8 * rows.LEVEL + i]
-    coefficients(w, 8 * (rows.WATCHES + g), w[8 * (rows.GUARD + g) + i], i, k.b)
-    later = correction(k.b, STAGES + 0 * g, least)
-    there = abs(least - k.b[STAGES]) < ROUNDING * margin(w, i, g)
+    w, h, g, level = e.w, e.w[8 * rows.H + i], e.whole[8 * rows.AT + i], e.real[8 * rows.LEVEL + i]
+    gather(e, j, x, i)
+    earlier = 2.0
+    if w[8 * rows.LOW + i] < 0.0:
+        _, earlier = _first(e, k, x, o, i, ROUNDING)
+    else:
+        gather_guards(e, k, o, len(x.fired), i)
+    row, side = o.guards + g, side_of(g, x.modes, x.flags)
+    multiplicity, _ = start_of(k.w, 8 * row, g, side, x.fired, x.margin)
+    later, there = at_root(k, x, o, row, multiplicity, level, g, NEAR_ROOT)
     if w[8 * rows.STRAINED + i] > 0.0:  # the tangent's iteration does not converge
-        k.whole[8 * rows.TRIES + i] = REFINEMENTS
-    elif abs(later) < NEAR_ROOT or there:
-        exact, earlier = later if abs(later) < NEAR_ROOT else 0.0, 2.0
-        if w[8 * rows.LOW + i] < 0.0:
-            _, earlier = first(w, k.b, k.stack, k.contacts, i, ROUNDING)
-        if 1.0 + exact - earlier <= TOGETHER + 10.0 * exact * exact:
-            return TAKEN, exact * h
-        k.whole[8 * rows.TRIES + i] = REFINEMENTS
-    return _nearer(k, i, corrected(h, later))
+        e.whole[8 * rows.TRIES + i] = REFINEMENTS
+    elif there:
+        if 1.0 + later - earlier <= TOGETHER + 10.0 * later * later:
+            return TAKEN, later * h
+        e.whole[8 * rows.TRIES + i] = REFINEMENTS
+    return _nearer(e, i, corrected(h, later))
 
 
 @inner
-def _nearer(k, i, h):
+def _nearer(e, i, h):
     """Another attempt at a root, of length h; after too many a shorter step."""
-    k.whole[8 * rows.TRIES + i] += 1
-    if k.whole[8 * rows.TRIES + i] > REFINEMENTS:
-        k.w[8 * rows.SMOOTH + i] = 0.0
-        return FAILED, 0.5 * k.real[8 * rows.LENGTH + i]
-    k.w[8 * rows.H_NEXT + i] = h
+    e.whole[8 * rows.TRIES + i] += 1
+    if e.whole[8 * rows.TRIES + i] > REFINEMENTS:
+        e.w[8 * rows.SMOOTH + i] = 0.0
+        return FAILED, 0.5 * e.real[8 * rows.LENGTH + i]
+    e.w[8 * rows.H_NEXT + i] = h
     return AGAIN, 0.0
 
 
-@spliced
-def _taken(k, i, later, place):
-    """Take the step, up to a guard's root if there is one, unless a section lies at a place in it.
+@inner
+def _passing(e, k, x, o, i, end):
+    """Place up to `end` where the section is passed; 2.0 if it is not."""
+    w, row, whole = e.w, o.guards + len(x.fired), 0 * i
+    if not w[8 * rows.CROSSED + i] >= 0.0:
+        return 2.0
+    gather_position(e, k, row, e.crank, i)
+    ahead = w[8 * rows.AHEAD + i] - w[8 * (rows.POSITION + e.crank) + i]
+    place = next_crossing(k.w, row, whole, k.b, k.stack, ahead, -1.0, -int(w[8 * rows.DIRECTION + i]))
+    return place if place <= end else 2.0
 
-    True: an event follows.
-    """
-    w, h, guard = k.w, k.w[8 * rows.H + i], k.whole[8 * rows.AT + i]
+
+@spliced
+def _taken(e, i, later, place):
+    """Take the step, up to a guard's root if there is one, unless a section lies at a place in it."""
+    w, h, guard = e.w, e.w[8 * rows.H + i], e.whole[8 * rows.AT + i]
     if guard < 0:
         w[8 * rows.KEEP + i] = 1.0
     if place <= 1.0:
-        k.real[8 * rows.DELTA + i] = later
-        if k.whole[8 * rows.PHASE + i] == STEPPING:
-            k.real[8 * rows.LENGTH + i] = h
-        _copy(w, k.stash, i)
+        e.real[8 * rows.DELTA + i] = later
+        if e.whole[8 * rows.PHASE + i] == STEPPING:
+            e.real[8 * rows.LENGTH + i] = h
+        _copy(w, e.stash, i)
         w[8 * rows.WITHIN + i] = 1.0
-        _again(k, i, SECTION, max(place, 0.1 * AT_START) * h)
-        return False
+        _again(e, i, SECTION, max(place, 0.1 * AT_START) * h)
+        return
     w[8 * rows.TAKEN + i], w[8 * rows.LATER + i] = 1.0, later
     w[8 * rows.WHOLE + i] = 1.0 if guard < 0 else 0.0
-    k.whole[8 * rows.PHASE + i] = STEPPING
-    return guard >= 0
+    e.whole[8 * rows.MEETS + i] = 0 if guard < 0 else 1
+    e.whole[8 * rows.PHASE + i] = STEPPING
 
 
 @spliced
-def _crossed(k, j, i):
+def _crossed(e, j, k, x, o, i):
     """An attempt that was to end at the section; then the step that it lies in is taken."""
-    w, job, h = k.w, k.whole[8 * rows.JOB + i], k.w[8 * rows.H + i]
-    at = 8 * k.crank + i
+    w, job, h, at = e.w, e.whole[8 * rows.JOB + i], e.w[8 * rows.H + i], 8 * e.crank + i
     later = (w[8 * rows.AHEAD + i] - w[8 * rows.POSITION + at] - w[8 * rows.X + at]) / w[8 * rows.Y + at]
-    if not abs(later) < max(NEAR_ROOT * h, AT_START * k.real[8 * rows.LENGTH + i]):
-        return _nearer(k, i, h + min(max(later, -0.5 * h), 0.5 * h))
-    j.count[job, rows.C_SECTIONS] += 1
-    if j.count[job, rows.C_SECTIONS] > j.whole[job, rows.J_SKIP]:
-        record_end(k, i, j.log[j.place[rows.LOGGED], rows.COLUMNS :], later)
-        note(k, j, i, float(SECTION_ROW), -1.0, 0.0)
-    k.whole[8 * rows.PASSED + i] += 1
-    passed = k.whole[8 * rows.PASSED + i] * j.real[job, rows.J_PERIOD] * w[8 * rows.DIRECTION + i]
-    w[8 * rows.AHEAD + i] = j.real[job, rows.J_LEVEL] + passed if j.real[job, rows.J_PERIOD] > 0.0 else inf
-    _copy(k.stash, w, i)
+    if not abs(later) < max(NEAR_ROOT * h, AT_START * e.real[8 * rows.LENGTH + i]):
+        return _nearer(e, i, h + min(max(later, -0.5 * h), 0.5 * h))
+    gather(e, j, x, i)
+    gather_step(e, k, o, i)
+    count_section(k, x, o, x.s[0] + (h + later), 1.0 + later / h, -1.0, 0.0)
+    signed(j, x, job)
+    x.count[PASSED] += 1
+    w[8 * rows.AHEAD + i] = x.real[SECTION_LEVEL] + x.count[PASSED] * o.period * o.direction
+    _copy(e.stash, w, i)
     w[8 * rows.WITHIN + i] = 0.0
-    return TAKEN, k.real[8 * rows.DELTA + i]
+    return TAKEN, e.real[8 * rows.DELTA + i]
 
 
 @inner
@@ -231,3 +273,6 @@ def _copy(source, to, i):
     for first_row, end in ((rows.X, rows.JACOBIAN), (rows.Z, rows.W), (rows.WATCHES, rows.STEP_END)):
         for at in range(8 * first_row + i, 8 * end, 8):
             to[at] = source[at]
+
+
+UNIT = {"special": PART}

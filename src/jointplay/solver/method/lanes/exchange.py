@@ -1,115 +1,112 @@
-"""The base point of a lane of an ensemble as method.modes and method.walls.walls take it, and back."""
+"""A lane's base point and step as one trajectory has them, with which the plain functions decide; and back.
 
-from ..control import close_events, restarted
-from ..interface import inlined, inner
-from ..memory import EVENT_ROW
-from ..modes import GAP, PULLS, RELEASED, inside, mask
+A lane's step is a polynomial of a lower degree than a trajectory's own, which is as well known by its values
+at that one's nodes: so what looks at a step there looks at one of a lane.
+"""
+
+from ..events import side_of
+from ..interface import inner
+from ..memory import LOGGED
+from ..modes import RELEASED, mask
+from ..radau import NODES
 from . import layout as rows
-from .attempts import begin
-from .record import note, record
+from .lanes import matvec
+from .radau import AT_NODES, MOVED_AT_NODES, STAGES
 
 
 @inner
-def _first_memory(k):
-    """Index of the memories in a trajectory's state, which has no phases: behind positions and speeds."""
-    return 1 + k.n_q + k.n - k.phases
+def gather(e, j, x, i):
+    """The base point of a lane: time, state, which guards have fired."""
+    w, speeds = e.w, 1 + e.n_q
+    first = speeds + e.n - e.phases
+    x.s[0] = w[8 * rows.T + i]
+    for r in range(e.n_q):
+        x.s[1 + r] = w[8 * (rows.POSITION + e.phases + r) + i]
+    for r in range(e.n - e.phases):
+        x.s[speeds + r] = w[8 * (rows.SPEED + e.phases + r) + i]
+    for r in range(e.memories):
+        x.s[first + r] = w[8 * (rows.MEMORY + r) + i]
+    for g in range(len(x.fired)):
+        x.fired[g] = int(w[8 * (rows.FIRED + g) + i])
+    x.count[LOGGED] = j.place[rows.LOGGED]
 
 
 @inner
-def gather(f, k, i):
-    """The base point of a lane, as method.modes takes it."""
-    w, speeds = k.w, 1 + k.n_q
-    k.s[0] = w[8 * rows.T + i]
-    for r in range(k.n_q):
-        k.s[1 + r] = w[8 * (rows.POSITION + k.phases + r) + i]
-    for r in range(k.n - k.phases):
-        k.s[speeds + r] = w[8 * (rows.SPEED + k.phases + r) + i]
-    first = _first_memory(k)
-    for r in range(k.memories):
-        k.s[first + r] = w[8 * (rows.MEMORY + r) + i]
-    for r in range(len(k.p)):
-        k.p[r] = w[8 * (rows.NUMBERS + r) + i]
-    for c in range(len(k.modes)):
-        k.modes[c] = k.whole[8 * (rows.MODE + c) + i]
-    if k.phases > 0:
-        f.trig(k.s, k.p)
-    else:
-        _gather_angles(k, i, first + k.memories)
+def gather_guards(e, k, o, n, i):
+    """What the first n guards are at the nodes of the attempted step, if they are watched."""
+    for g in range(n):
+        if e.w[8 * (rows.SIDE + g) + i] == 0.0:
+            continue
+        k.b[0] = e.w[8 * (rows.GUARD + g) + i]
+        for s in range(STAGES):
+            k.b[1 + s] = e.w[8 * (rows.WATCHES + rows.GUARDS * s + g) + i]
+        _spread(k, o.guards + g, AT_NODES)
 
 
 @inner
-def _gather_angles(k, i, first):
-    a, angles = 0, (len(k.s) - first) // 2
-    for r in range(k.n):
-        if k.turning[r] != 0.0:
-            k.s[first + a] = k.w[8 * (rows.SINE + r) + i]
-            k.s[first + angles + a] = k.w[8 * (rows.COSINE + r) + i]
-            a += 1
+def _spread(k, row, table):
+    """Values at a trajectory's nodes, in a row, of what is known at a lane's, in the first places of b."""
+    k.b[6] = k.b[7] = 0.0
+    matvec(k.w, 8 * row, k.b, 0, table)
 
 
 @inner
-def scatter(k, i):
-    """The modes that a lane has now: masks, memories, and the sides of its guards."""
-    w, touches, first = k.w, 0.0, _first_memory(k)
-    mask(k.modes, k.m)
-    for r in range(3 * k.contacts):
-        w[8 * (rows.MASK + r) + i] = k.m[r]
-    for r in range(k.memories):
-        w[8 * (rows.MEMORY + r) + i] = k.s[first + r]
-    for c in range(len(k.flags), k.contacts):
-        w[8 * (rows.SIDE + 4 * c + GAP) + i] = 1.0
-    for c in range(len(k.flags)):
-        mode, pulls = k.modes[c], k.flags[c] & PULLS
-        k.whole[8 * (rows.MODE + c) + i] = mode
-        for g in range(4):
-            w[8 * (rows.SIDE + 4 * c + g) + i] = inside(mode, g, pulls)
+def gather_position(e, k, row, r, i):
+    """By how much the r-th position of a lane is moved at the nodes of the step, in a row."""
+    h = e.w[8 * rows.H + i]
+    k.b[0] = h * e.w[8 * (rows.SPEED + r) + i]
+    for s in range(STAGES):
+        k.b[1 + s] = h * e.w[8 * (rows.Z + rows.N * s + r) + i]
+    _spread(k, row, MOVED_AT_NODES)
+
+
+@inner
+def gather_step(e, k, o, i):
+    """Increments of the attempted step at its nodes: of the time, of positions, of speeds."""
+    row = o.first + 1
+    for at in range(8):
+        k.w[8 * o.first + at] = e.w[8 * rows.H + i] * NODES[at]
+    for r in range(e.n_q):
+        gather_position(e, k, row + r, e.phases + r, i)
+    k.b[0] = 0.0
+    for r in range(e.n - e.phases):
+        for s in range(STAGES):
+            k.b[1 + s] = e.w[8 * (rows.Z + rows.N * s + e.phases + r) + i]
+        _spread(k, row + e.n_q + r, AT_NODES)
+
+
+@inner
+def at_base(k, o):
+    """No step: increments are of the base point itself."""
+    for at in range(8 * o.first, 8 * (o.first + 1 + o.n_q + o.n)):
+        k.w[at] = 0.0
+
+
+@inner
+def scatter(e, x, i):
+    """The state and the modes that a lane has now: masks, memories, and the sides of its guards."""
+    w, touches, speeds = e.w, 0.0, 1 + e.n_q
+    first = speeds + e.n - e.phases
+    for r in range(e.n_q):
+        w[8 * (rows.POSITION + e.phases + r) + i] = x.s[1 + r]
+    for r in range(e.n - e.phases):
+        w[8 * (rows.SPEED + e.phases + r) + i] = x.s[speeds + r]
+    for r in range(e.memories):
+        w[8 * (rows.MEMORY + r) + i] = x.s[first + r]
+    mask(x.modes, x.m)
+    for r in range(len(x.m)):
+        w[8 * (rows.MASK + r) + i] = x.m[r]
+    for mode in x.modes:
         touches = 1.0 if mode > RELEASED else touches
-    w[8 * rows.VARIANT + i] = touches
-    w[8 * rows.NEW + i] = 1.0
+    for g in range(len(x.fired)):
+        w[8 * (rows.FIRED + g) + i], w[8 * (rows.MARGIN + g) + i] = x.fired[g], x.margin[g]
+        w[8 * (rows.SIDE + g) + i] = side_of(g, x.modes, x.flags)
+    w[8 * rows.VARIANT + i], w[8 * rows.NEW + i] = touches, 1.0
 
 
 @inner
-def settings(real):
-    """Options of a run that method.walls.walls needs."""
-    return rows.Settings(real[rows.J_NEAR], real[rows.J_REST], real[rows.J_HOP], real[rows.J_PLAY])
-
-
-@inner
-def _restart(k, i):
-    """Length of the first step after an event: that which served the last one into the same mode."""
-    w, variant = k.w, int(k.w[8 * rows.VARIANT + i])
-    served, kept = w[8 * (rows.H_VARIANT + variant) + i], k.real[8 * (rows.H_START + variant) + i]
-    h = restarted(w[8 * rows.H_CONTROL + i], served, kept)
-    w[8 * rows.SMOOTH + i], w[8 * rows.REJECTION + i], w[8 * rows.H_BEFORE + i] = 0.0, 0.0, 0.0
-    w[8 * rows.H_LIMIT + i], w[8 * rows.ODD + i], w[8 * rows.H_CONTROL + i] = 1e300, 1.0, h
-    begin(k, i, h)
-    w[8 * rows.H + i] = w[8 * rows.H_NEXT + i]
-    k.whole[8 * rows.FRESH + i] = 1
-
-
-@inlined
-def begin_event(f, k, j, i):
-    """Count and record an event of a lane, and gather its base point."""
-    w, job, t = k.w, k.whole[8 * rows.JOB + i], k.w[8 * rows.T + i]
-    real, later = j.real[job], t - k.real[8 * rows.T_EVENT + i]
-    k.whole[8 * rows.CLOSE + i] = close_events(k.whole[8 * rows.CLOSE + i], later, real[rows.J_NEAR])
-    k.real[8 * rows.T_EVENT + i] = t
-    j.count[job, rows.C_EVENTS] += 1
-    if j.whole[job, rows.J_EVENTS]:
-        record(k, i, j.log[j.place[rows.LOGGED], rows.COLUMNS :])
-        note(k, j, i, float(EVENT_ROW), 0.0, 0.0)
-    gather(f, k, i)
-    for g in range(4 * len(k.flags)):
-        k.fired[g] = int(w[8 * (rows.FIRED + g) + i])
-
-
-@inlined
-def end_event(k, j, i, c, kind):
-    """Scatter the changes of a lane at contact c, and start anew."""
-    if j.whole[k.whole[8 * rows.JOB + i], rows.J_EVENTS]:
-        row = j.log[j.place[rows.LOGGED] - 1]
-        row[2], row[3] = c, kind
-    for g in range(4 * len(k.flags)):
-        k.w[8 * (rows.FIRED + g) + i] = k.fired[g]
-    scatter(k, i)
-    _restart(k, i)
+def signed(j, x, job):
+    """Sign rows that a trajectory has added to the log with its number."""
+    for at in range(j.place[rows.LOGGED], x.count[LOGGED]):
+        j.log[at, j.log.shape[1] - 1] = job
+    j.place[rows.LOGGED] = x.count[LOGGED]

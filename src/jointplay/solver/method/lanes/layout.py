@@ -10,8 +10,6 @@ decided by its own numbers: its results are the same beside any others, in any l
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
-
 from ..interface import INT, Record, vector, void
 from ..interface import SIGNATURES as ONE_BY_ONE
 from . import CONTACTS, FOLDS, N
@@ -57,7 +55,15 @@ D_Z, D_W, D_F, D_PAST, _next = _blocks(_next, 4, N * STAGES)  # as those of the 
 SLOPES, _next = _blocks(_next, 1, (1 + STAGES) * 2 * N * N)  # d rate / d state: base, stages
 NUMBERS = _next  # parameters, and what follows from these alone
 
-CALL, STAGE_CALL = void(vector), void(vector, INT)
+# Places in Jobs.place: the next trajectory, rows in the log, passes made, passes after which the loop pauses
+NEXT, LOGGED, PASSED_BY, PAUSE, PLACES = range(5)
+ASIDE = -1  # status of a trajectory that rests on a wall, or is at a dead centre: to be followed by itself
+ROOM = 8 * (3 * CONTACTS + 2)  # log rows that one pass may need: in each lane approaches, an event, a section
+
+# Places in Lanes.whole, rows of eight
+JOB, PHASE, AT, MEETS, FRESH, TRIES, SINCE, LANE_WHOLES = range(8)  # MEETS: 1, an event follows
+# Places in Lanes.real
+LENGTH, DELTA, LEVEL, LANE_REALS = range(4)
 
 
 class Functions(NamedTuple):
@@ -75,20 +81,13 @@ class Functions(NamedTuple):
     settle: Callable
 
 
-class AtEvent(NamedTuple):
-    """Functions of a structure at one point, for events (codegen.module)."""
-
-    contacts: Callable
-    trig: Callable
-    reset: Callable
-
-
 class Parts(NamedTuple):
-    """Parts of the loop that are called by address: a trajectory enters, an event, a jump, approaches."""
+    """Parts of the loop that are called by address: what a lane does seldom (lane, attempts, approaches)."""
 
     enter: Callable
     event: Callable
-    jump: Callable
+    leave: Callable
+    special: Callable
     approaches: Callable
 
 
@@ -106,83 +105,7 @@ class Variations(NamedTuple):
     gradient: Callable
 
 
+CALL, STAGE_CALL = void(vector), void(vector, INT)
 SIGNATURES = dict.fromkeys(Functions._fields + Variations._fields, CALL)
-SIGNATURES |= {"point": STAGE_CALL, "keep": STAGE_CALL}
-SIGNATURES["gradient"] = ONE_BY_ONE["gradient"]
-
-
+SIGNATURES |= {"point": STAGE_CALL, "keep": STAGE_CALL, "gradient": ONE_BY_ONE["gradient"]}
 FUNCTIONS, VARIATIONS = Record(Functions, SIGNATURES), Record(Variations, SIGNATURES)
-
-# Places in Jobs.real, of one trajectory each
-J_END, J_TOLERANCE, J_REST, J_NEAR, J_HOP, J_PLAY, J_H, J_SWIFT, J_LEVEL, J_PERIOD, J_FLOORS = range(11)
-# … floors of positions and speeds; then of each contact, and jump: cone, gap, force, squared clearance
-PER_CONTACT = 4
-# Places in Jobs.whole
-J_DIRECTION, J_SKIP, J_STOP, J_STEPS, J_EVENTS, J_MISSES = range(6)
-# Places in Jobs.count
-C_STEPS, C_REJECTED, C_FAILED, C_EVALUATIONS, C_EVENTS, C_SECTIONS, C_STATUS, COUNTS = range(8)
-# Places in Jobs.place: the next trajectory, rows in the log, passes made, passes after which the loop pauses
-NEXT, LOGGED, PASSED_BY, PAUSE, PLACES = range(5)
-ASIDE = -1  # status of a trajectory that rests on a wall, or is at a dead centre: to be followed by itself
-COLUMNS = 4  # of a log row before the record: trajectory, tag, contact, kind; then time, state, modes
-
-
-class Jobs(NamedTuple):
-    """Trajectories that wait, run, and are done."""
-
-    state: np.ndarray
-    numbers: np.ndarray
-    real: np.ndarray
-    whole: np.ndarray
-    count: np.ndarray
-    log: np.ndarray
-    start: np.ndarray  # rows: time, positions, speeds, memories, modes
-    final: np.ndarray
-    place: np.ndarray
-
-
-# Places in Lanes.whole, rows of eight
-JOB, PHASE, AT, FRESH, TRIES, CLOSE, PASSED, SINCE, MODE = range(9)
-LANE_WHOLES = MODE + CONTACTS
-# Places in Lanes.real
-T_EVENT, H_START, LENGTH, DELTA, LEVEL, LANE_REALS = 0, 1, 3, 4, 5, 6
-
-
-class Settings(NamedTuple):
-    """Options of a run (method.memory.Options) that method.walls.walls needs."""
-
-    near: float
-    rest: float
-    hop: float
-    play: float
-
-
-class Lanes(NamedTuple):
-    """State of eight lanes besides `w`, and scratch; numbers of positions, of memories, of contacts.
-
-    The first positions are `phases`, and the last ones have no place in the structure's own state, which has
-    `n_q`; sections cut the position `crank`. Contacts are those of the structure (of which there are flags),
-    then jumps of the state. Arrays from `s` on are as those of a trajectory (method.memory).
-    """
-
-    n: int
-    memories: int
-    contacts: int
-    phases: int
-    crank: int
-    n_q: int
-    turning: np.ndarray  # 1 where a position is an angle, PHASE of a phase
-    w: np.ndarray
-    whole: np.ndarray
-    real: np.ndarray
-    stash: np.ndarray  # a column of a step that is looked into
-    b: np.ndarray
-    stack: np.ndarray
-    s: np.ndarray
-    p: np.ndarray
-    m: np.ndarray
-    contact: np.ndarray  # six numbers a contact (codegen.module)
-    modes: np.ndarray
-    flags: np.ndarray
-    fired: np.ndarray
-    margin: np.ndarray

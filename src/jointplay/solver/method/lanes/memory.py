@@ -1,88 +1,112 @@
-"""Arrays of a run over an ensemble, allocated; and their types, with which its parts are compiled."""
+"""What a run over an ensemble holds, allocated; and the types of that, with which its parts are compiled.
+
+In all of the lanes' method the same letters stand for
+
+    f   functions of the structure at a point, as one trajectory has them (interface.Functions)
+    g   functions of eight lanes (layout.Functions), v those that carry tangents (layout.Variations)
+    e   Lanes: the state of eight lanes, i the number of one
+    j   Jobs: trajectories that wait, run, and are done
+    y   Tangents: of these (tangent.Tangents); None: there are none
+    t   a frame as one trajectory has it (tangents.tangent.Tangents): scratch of the former
+
+and k, x, o for what a trajectory by itself has (method.memory), with which the plain functions are called.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 
-from ..interface import INT, SIGNATURES, Record, void
-from ..memory import STACK, lane_rows, trajectory
-from . import CONTACTS
+from ..interface import FUNCTIONS, INT, Array, Record, void
+from ..memory import COLUMNS, lane_rows
 from . import layout as rows
 
-ROOM = 8 * (3 * CONTACTS + 2)  # log rows that one pass may need: in each lane approaches, an event, a section
+
+class Jobs(NamedTuple):
+    """Trajectories that wait, run, and are done, each as one by itself has it (method.memory).
+
+    Those are tables (interface.table), as is the scratch that all of them share. So is their log: its rows
+    have the trajectory's number in a column more, at the end.
+    """
+
+    k: np.ndarray
+    x: np.ndarray
+    o: np.ndarray
+    phases: np.ndarray  # of each trajectory at its start: phases, then their rates
+    status: np.ndarray
+    start: np.ndarray  # rows: time, state, modes
+    log: np.ndarray
+    place: np.ndarray
 
 
-def jobs(
-    states: np.ndarray, numbers: np.ndarray, real: np.ndarray, whole: np.ndarray, contacts: int, log: int
-) -> rows.Jobs:
-    """Waiting trajectories: their states, parameters, and requests (layout)."""
-    n, record = len(states), 1 + states.shape[1] + contacts
-    return rows.Jobs(
-        state=np.ascontiguousarray(states),
-        numbers=np.ascontiguousarray(numbers),
-        real=real,
-        whole=whole,
-        count=np.zeros((n, rows.COUNTS), dtype=np.int64),
-        log=np.zeros((log + ROOM, rows.COLUMNS + record)),
-        start=np.zeros((n, record)),
-        final=np.zeros((n, record)),
-        place=np.zeros(rows.PLACES, dtype=np.int64),
-    )
+class Lanes(NamedTuple):
+    """State of eight lanes beside `w`; numbers of positions, of memories.
+
+    The first positions are `phases`, and the last ones have no place in the structure's own state, which has
+    `n_q`; sections cut the position `crank`.
+    """
+
+    n: int
+    memories: int
+    phases: int
+    crank: int
+    n_q: int
+    turning: np.ndarray  # 1 where a position is an angle, PHASE of a phase
+    w: np.ndarray
+    whole: np.ndarray
+    real: np.ndarray
+    stash: np.ndarray  # a column of a step that is looked into
 
 
-def lanes(
-    size: int,
-    parameters: int,
-    turning: np.ndarray,
-    crank: int,
-    memories: int,
-    flags: np.ndarray,
-    sizes: dict[str, int],
-) -> rows.Lanes:
-    """Eight empty lanes of a structure: rows, parameters, which positions turn, memories, contacts' flags.
+def jobs(tables: tuple, phases: np.ndarray, start: np.ndarray, log: np.ndarray) -> Jobs:
+    """Trajectories that wait, by the tables of their arrays and options, and their phases."""
+    n = len(start)
+    place = np.zeros(rows.PLACES, dtype=np.int64)
+    return Jobs(*tables, np.ascontiguousarray(phases), np.zeros(n, dtype=np.int64), start, log, place)
+
+
+def shared_log(n: int, width: int) -> np.ndarray:
+    """A log of n rows, and of what one pass may need, for records of a width."""
+    return np.zeros((n + rows.ROOM, COLUMNS + width + 1))
+
+
+def lanes(size: int, turning: np.ndarray, crank: int, memories: int, sizes: dict[str, int]) -> Lanes:
+    """Eight empty lanes of a structure: rows, which positions turn, how many speeds are memories.
 
     Sections cut the position `crank`; `sizes` are those of the structure's module.
     """
-    n, contacts, jumps = len(turning), len(flags), sizes["resets"]
-    n_q, speeds, angles = (sizes[name] for name in ("positions", "speeds", "angles"))
-    state = np.zeros(1 + n_q + speeds)
-    x = trajectory(state, np.zeros(parameters), n_q, angles, contacts, jumps)._replace(flags=flags)
-    k = rows.Lanes(
+    n = len(turning)
+    e = Lanes(
         n=n,
         memories=memories,
-        contacts=contacts + jumps,
-        phases=n + memories - speeds,
+        phases=n + memories - sizes["speeds"],
         crank=crank,
-        n_q=n_q,
+        n_q=sizes["positions"],
         turning=turning,
         w=lane_rows(size),
         whole=np.zeros(8 * rows.LANE_WHOLES, dtype=np.int64),
         real=np.zeros(8 * rows.LANE_REALS),
         stash=lane_rows(rows.STEP_END),
-        b=np.zeros(16),
-        stack=np.zeros(STACK),
-        s=x.s,
-        p=x.p,
-        m=x.m,
-        contact=np.zeros(max(6 * (contacts + jumps), 1)),
-        modes=x.modes,
-        flags=x.flags,
-        fired=x.fired,
-        margin=x.margin,
     )
-    k.whole[8 * rows.JOB : 8 * rows.JOB + 8] = -1
-    return k
+    e.whole[8 * rows.JOB : 8 * rows.JOB + 8] = -1
+    return e
 
 
-_NONE = np.zeros(1, dtype=np.int64)
-JOBS = Record.of(jobs(np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), _NONE.reshape(1, 1), 1, 1))
-_SIZES = dict.fromkeys(("positions", "speeds", "angles", "resets"), 1)
-LANES = Record.of(lanes(1, 1, np.zeros(1), 0, 0, _NONE, _SIZES))
-AT_EVENT = Record(rows.AtEvent, SIGNATURES)
-PART = void(AT_EVENT, LANES, JOBS, INT)
-PARTS = Record(rows.Parts, dict.fromkeys(rows.Parts._fields, PART))
-
-
-def nothing(f, k, j, i):
-    """Do nothing, and never be called: in the place of a part that is not needed."""
+def nothing(f, e, j, i):
+    """Do nothing, and never be called: in the place of a part that is not asked for."""
 
 
 nothing.address = 0
+
+
+TABLE, TWO_AXES, WHOLE = Array(INT, 2), Array(axes=2), Array(INT)
+JOBS = Record(
+    Jobs,
+    {
+        **dict.fromkeys(("k", "x", "o"), TABLE),
+        **dict.fromkeys(("phases", "start", "log"), TWO_AXES),
+        **dict.fromkeys(("status", "place"), WHOLE),
+    },
+)
+LANES = Record.of(lanes(1, np.zeros(1), 0, 0, {"positions": 1, "speeds": 1}))
+PART = void(FUNCTIONS, LANES, JOBS, INT)
+PARTS = Record(rows.Parts, dict.fromkeys(rows.Parts._fields, PART))

@@ -8,7 +8,8 @@ is that of the real eigenvalue, the others are real and imaginary parts of the c
 import numpy as np
 
 from ..polynomial import to_bernstein
-from ..radau import collocation, eigen, inverse, nodes
+from ..radau import LANES, collocation, eigen, inverse, nodes
+from ..radau import STAGES as SEVEN
 
 STAGES = 5
 LATE = 3  # stage whose Jacobian serves the iteration
@@ -22,6 +23,21 @@ def _parts(rows: np.ndarray, real: int, imaginary: int) -> np.ndarray:
     for k in (1, 3):
         found += [real * rows[k].real, imaginary * rows[k].imag]
     return np.array(found).astype(float)
+
+
+def _at_nodes() -> tuple[np.ndarray, np.ndarray]:
+    """Tables (see radau) from values at the base and at the stages to those at a trajectory's own nodes.
+
+    And, from the speed at the base and speeds' increments at the stages, to a position's increments there.
+    """
+    own, power = np.append(nodes(SEVEN), np.longdouble(0)), np.arange(STAGES + 1)
+    basis = inverse(np.append(np.longdouble(0), _c)[:, None] ** power)
+    values, moved = np.zeros((LANES, LANES)), np.zeros((LANES, LANES))
+    values[: STAGES + 1] = (own[:, None] ** power @ basis).astype(float).T
+    values[:, SEVEN - 1], values[:, SEVEN] = np.eye(LANES)[STAGES], np.eye(LANES)[0]
+    moved[: STAGES + 1] = (own[:, None] ** (power + 1) / (power + 1) @ basis).astype(float).T
+    moved[0] = own.astype(float)
+    return values.ravel(), moved.ravel()
 
 
 _c = nodes(STAGES)
@@ -40,3 +56,4 @@ ERROR = _error.astype(float)  # of the estimate h f(0) + sum e_i Z_i, times (I -
 ERROR_A, ERROR_C = (_error @ _A).astype(float), float(_error @ _c)
 MONOMIAL = inverse(_c[:, None] ** np.arange(1, STAGES + 1)).astype(float)  # of t Z(t) from Z
 TO_BERNSTEIN = to_bernstein(np.append(np.longdouble(0), _c))
+AT_NODES, MOVED_AT_NODES = _at_nodes()

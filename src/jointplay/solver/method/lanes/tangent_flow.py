@@ -2,12 +2,14 @@
 
 import numpy as np
 
-from ..interface import INT, Record, Signature
+from ..interface import FUNCTIONS, INT, Record, Signature
+from ..tangents.tangent_flow import TANGENTS as FRAME
 from . import layout as rows
 from .flow import run
-from .memory import AT_EVENT, JOBS, LANES, PARTS
+from .memory import JOBS, LANES, PARTS
 from .tangent import tangents
 
 TANGENTS = Record.of(tangents(np.zeros((1, 1)), np.ones((1, 1)), np.zeros((1, 1)), 1))
 flow = run
-UNIT = {"flow": Signature(INT, (AT_EVENT, PARTS, rows.FUNCTIONS, LANES, JOBS, rows.VARIATIONS, TANGENTS))}
+OWN = rows.VARIATIONS, TANGENTS, FRAME
+UNIT = {"flow": Signature(INT, (FUNCTIONS, PARTS, rows.FUNCTIONS, LANES, JOBS, *OWN))}

@@ -40,7 +40,8 @@ DEGENERATE = 1e-13  # of a determinant's bound: what is less is rounding of 0
 
 
 @inner
-def _stuck(modes):
+def stuck(modes):
+    """Number of contacts that stick."""
     held = 0
     for mode in modes:
         held += mode == STICK
@@ -64,7 +65,7 @@ def before_event(f, g, variant, x, o, y, guard):
     rates(f, variant, x, o, y, y.before)
     _powers(x, o, y, 0.0)
     g.gradient(guard, x.s, x.p, x.m, y.gradient)
-    wall, y.real[ONSET], y.count[TURNED] = _wall_of(x, guard), _stuck(x.modes), 0
+    wall, y.real[ONSET], y.count[TURNED] = _wall_of(x, guard), stuck(x.modes), 0
     if wall >= 0 and x.modes[len(x.flags) + wall] > RELEASED:
         y.real[ONSET] = np.inf  # it lets go: nothing jumps, nothing is lost
     elif wall >= 0:
@@ -77,8 +78,7 @@ def before_event(f, g, variant, x, o, y, guard):
 @inner
 def jump(f, g, k, x, o, y, guard):
     """Take the tangents through an event that has just been handled."""
-    n_x, wall, real = o.n_q + o.n, _wall_of(x, guard), y.real
-    width, turned = 1 + n_x, y.count[TURNED]
+    wall, turned = _wall_of(x, guard), y.count[TURNED]
     leaves = turned == MAY_LEAVE and x.modes[guard // 4] == FREE
     if turned == ENTERS or leaves:  # of what else the state holds, that is no function of what jumps
         g.turned(2 * walls_of(x) + guard // 4 + leaves * len(x.flags), x.s, x.p, y.D)
@@ -93,6 +93,16 @@ def jump(f, g, k, x, o, y, guard):
         impact_map(f, g, k, x, o, y)
     rates(f, variant_of(x.modes), x, o, y, y.after)
     _powers(x, o, y, 1.0)
+    lossy = stuck(x.modes) > y.real[ONSET] or (reset and wall < 0)  # what was remembered before is lost
+    lossy = lossy or rests or (several and loses(k))
+    if through(y, o.n_q, o.n_q + o.n, reset, lossy) and (rests or (several and resting(x) > 0)):
+        project_at_rest(f, g, x, o, y, 0.0)
+
+
+@inner
+def through(y, n_q, n_x, reset, lossy):
+    """Take the frame through an event, by the rates on both sides; whether its guard moves there at all."""
+    width, real = 1 + n_x, y.real
     slope, size, later = y.gradient[0], abs(y.gradient[0]), y.gradient[0]
     for r in range(n_x):
         term = y.gradient[1 + r] * y.before[r]
@@ -101,25 +111,22 @@ def jump(f, g, k, x, o, y, guard):
         later += y.gradient[1 + r] * y.after[r]
     real[GRAZING] = min(real[GRAZING], abs(slope) / size if size > 0.0 else 0.0)
     if slope == 0.0:
-        return
-    lossy = _stuck(x.modes) > real[ONSET] or (reset and wall < 0)  # what was remembered before is lost
-    lossy = lossy or rests or (several and loses(k))
+        return False
     y.count[JUMPS] += 1
-    real[VOLUME] += _volume(y, o.n_q, n_x, slope, later, reset, lossy)
+    real[VOLUME] += _volume(y, n_q, n_x, slope, later, reset, lossy)
     for i in range(len(y.alive)):
         if y.alive[i]:
             d = y.d[i * width : (i + 1) * width]
-            drawn = _drawn(y, d, o.n_q, o.n) if reset else 0.0
-            delay = _through(y, d, o.n_q, n_x, slope, 1.0 if reset else 0.0, float(y.count[SALTATION]))
+            drawn = _drawn(y, d, n_q, n_x - n_q) if reset else 0.0
+            delay = _through(y, d, n_q, n_x, slope, 1.0 if reset else 0.0, float(y.count[SALTATION]))
             _add_works(y, i, delay)
             if drawn != 0.0 or (reset and delay != 0.0):
-                _add_drawn(y, i, drawn, delay, o.n_q, o.n)
+                _add_drawn(y, i, drawn, delay, n_q, n_x - n_q)
     if y.count[NEUTRAL]:
         along(y, n_x)
     if y.count[HELD] == 0:
         orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, 1.0 if lossy or reset else 0.0)
-    if rests or (several and resting(x) > 0):
-        project_at_rest(f, g, x, o, y, 0.0)
+    return True
 
 
 @inner
