@@ -120,7 +120,7 @@ def start_of(w, at, g, side, fired, margin):
 
 @inlined
 def leaving(b, degree, side, level, stack, share):
-    """Where the polynomial with coefficients b first goes beyond a level; 2.0 if nowhere. b is spent."""
+    """First place where the polynomial with coefficients b is beyond a level; 2.0 if none. b is spent."""
     lowest = 0.0
     for i in range(degree + 1):
         b[i] -= level
@@ -206,9 +206,9 @@ def level_to_leave(k, x, o, guard, place):
 
 @inner
 def at_root(k, x, o, row, multiplicity, level, guard, share):
-    """By how much of itself a step is to be longer to end at a root of (lane row `row`) - level.
+    """Fraction by which to lengthen a step to end at a root of (lane row `row`) - level, and whether it does.
 
-    And whether it ends there: to that share of itself, or within the guard's margin.
+    It does to a share of itself, or within the guard's margin.
     """
     degree = bernstein(k.w, 8 * row, multiplicity, k.b)
     later = correction(k.b, degree, level)

@@ -223,7 +223,7 @@ def _at_events(model: Model) -> tuple:
 
 
 def _parts(approaches: bool):
-    """The parts of the loop that it calls by address, those compiled alone where they are."""
+    """The parts of the loop that it calls by address, compiled alone where they are so."""
     from jointplay.solver.method.lanes.layout import Parts
     from jointplay.solver.method.lanes.memory import nothing
 
@@ -233,7 +233,7 @@ def _parts(approaches: bool):
 
 
 def _records(x, start: np.ndarray, log: np.ndarray, seconds: float, sampled: bool) -> Records:
-    """Records of a trajectory; its section points are the samples where these were asked for."""
+    """Records of a trajectory; its section points are the samples where `sampled`."""
     kinds, end = {tag: log[log[:, 0] == tag, 1:] for tag in Row}, row(x)
     samples = end[None, :]
     if sampled:

@@ -33,7 +33,7 @@ def judge(turning: Turning, contacts: int, jumps: int, folds: int, crank: int) -
 
 
 def _guard(g: int, touches: bool) -> list[str]:
-    """How low a guard goes at most beyond its level (method.events), by Bernstein coefficients."""
+    """Lines that bound a guard's fall beyond its level (method.events), by Bernstein coefficients."""
     j, place = divmod(g, 4)
     force = at(rows.GUARD, 4 * j + FORCE)
     margin = f"{at(rows.CONE, j)} * abs({force})" if place == CONE and touches else at(rows.MARGIN, g)

@@ -1,4 +1,4 @@
-"""Closest approaches of the lanes of an ensemble, compiled only where they are asked for."""
+"""Closest approaches of the lanes of an ensemble, compiled only where they are recorded."""
 
 from ..interface import inner, options_at, trajectory_at, work_at
 from ..record import closest_approaches

@@ -103,7 +103,7 @@ def begin(e, i, h):
 
 @inner
 def _shorten(e, j, x, o, i, h, found):
-    """Try again with length h, what was found is counted."""
+    """Try again with length h, and count the rejection or failure."""
     w = e.w
     x.count[REJECTIONS if found == REJECTED else FAILURES] += 1
     e.whole[8 * rows.PHASE + i] = STEPPING

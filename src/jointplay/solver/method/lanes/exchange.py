@@ -16,7 +16,7 @@ from .radau import AT_NODES, MOVED_AT_NODES, STAGES
 
 @inner
 def gather(e, j, x, i):
-    """The base point of a lane: time, state, which guards have fired."""
+    """Write the base point of a lane: time, state, fired guards."""
     w, speeds = e.w, 1 + e.n_q
     first = speeds + e.n - e.phases
     x.s[0] = w[8 * rows.T + i]
@@ -33,7 +33,7 @@ def gather(e, j, x, i):
 
 @inner
 def gather_guards(e, k, o, n, i):
-    """What the first n guards are at the nodes of the attempted step, if they are watched."""
+    """Write the first n guards, where they are watched, at the nodes of the attempted step."""
     for g in range(n):
         if e.w[8 * (rows.SIDE + g) + i] == 0.0:
             continue
@@ -45,14 +45,14 @@ def gather_guards(e, k, o, n, i):
 
 @inner
 def _spread(k, row, table):
-    """Values at a trajectory's nodes, in a row, of what is known at a lane's, in the first places of b."""
+    """Write values at a trajectory's nodes to a row, by those at a lane's, in the first places of b."""
     k.b[6] = k.b[7] = 0.0
     matvec(k.w, 8 * row, k.b, 0, table)
 
 
 @inner
 def gather_position(e, k, row, r, i):
-    """By how much the r-th position of a lane is moved at the nodes of the step, in a row."""
+    """Write the increments of a lane's r-th position at the nodes of the attempted step to a row."""
     h = e.w[8 * rows.H + i]
     k.b[0] = h * e.w[8 * (rows.SPEED + r) + i]
     for s in range(STAGES):
@@ -62,7 +62,7 @@ def gather_position(e, k, row, r, i):
 
 @inner
 def gather_step(e, k, o, i):
-    """Increments of the attempted step at its nodes: of the time, of positions, of speeds."""
+    """Write the increments of the attempted step at its nodes: of the time, positions, speeds."""
     row = o.first + 1
     for at in range(8):
         k.w[8 * o.first + at] = e.w[8 * rows.H + i] * NODES[at]
@@ -77,14 +77,14 @@ def gather_step(e, k, o, i):
 
 @inner
 def at_base(k, o):
-    """No step: increments are of the base point itself."""
+    """Write increments of no step, which are those of the base point itself."""
     for at in range(8 * o.first, 8 * (o.first + 1 + o.n_q + o.n)):
         k.w[at] = 0.0
 
 
 @inner
 def scatter(e, x, i):
-    """The state and the modes that a lane has now: masks, memories, and the sides of its guards."""
+    """Write the state and the modes of a trajectory to a lane: masks, memories, sides of its guards."""
     w, touches, speeds = e.w, 0.0, 1 + e.n_q
     first = speeds + e.n - e.phases
     for r in range(e.n_q):

@@ -16,7 +16,7 @@ from .tangent import base_slopes, before_event, carry, jump, lay_down, renew, ta
 
 @inlined
 def _refill(f, parts, e, j, y):
-    """Fill free lanes with what waits; how many lanes run, and whether any is new."""
+    """Fill free lanes with waiting trajectories; the number of running lanes, and whether any is new."""
     running, new = 0, False
     for i in range(8):
         if e.whole[8 * rows.JOB + i] < 0 and j.place[rows.NEXT] < len(j.status):

@@ -66,7 +66,7 @@ def enter(f, e, j, i):
 
 @inner
 def _take_up(e, j, x, i):
-    """The start of a trajectory, its phases and what is tolerated of its errors."""
+    """Write the start of a trajectory, its phases and tolerated errors to a lane."""
     w, job = e.w, e.whole[8 * rows.JOB + i]
     for r in range(e.n):
         w[8 * (rows.FLOOR_POSITION + r) + i] = w[8 * (rows.FLOOR + r) + i] = NO_ERROR

@@ -1,4 +1,4 @@
-"""What a run over an ensemble holds, allocated; and the types of that, with which its parts are compiled.
+"""Arrays of a run over an ensemble, allocated; and their types, with which its parts are compiled.
 
 In all of the lanes' method the same letters stand for
 
@@ -22,10 +22,10 @@ from . import layout as rows
 
 
 class Jobs(NamedTuple):
-    """Trajectories that wait, run, and are done, each as one by itself has it (method.memory).
+    """Trajectories that wait, run, and are done: their arrays and options, as of one (method.memory).
 
-    Those are tables (interface.table), as is the scratch that all of them share. So is their log: its rows
-    have the trajectory's number in a column more, at the end.
+    These are tables (interface.table). The trajectories share scratch and a log, whose rows end with the
+    trajectory's number.
     """
 
     k: np.ndarray
@@ -58,7 +58,7 @@ class Lanes(NamedTuple):
 
 
 def jobs(tables: tuple, phases: np.ndarray, start: np.ndarray, log: np.ndarray) -> Jobs:
-    """Trajectories that wait, by the tables of their arrays and options, and their phases."""
+    """Waiting trajectories: tables of their scratch, arrays and options, and their phases."""
     n = len(start)
     place = np.zeros(rows.PLACES, dtype=np.int64)
     return Jobs(*tables, np.ascontiguousarray(phases), np.zeros(n, dtype=np.int64), start, log, place)
@@ -92,7 +92,7 @@ def lanes(size: int, turning: np.ndarray, crank: int, memories: int, sizes: dict
 
 
 def nothing(f, e, j, i):
-    """Do nothing, and never be called: in the place of a part that is not asked for."""
+    """Do nothing, and never be called: in the place of a part that is not needed."""
 
 
 nothing.address = 0

@@ -122,7 +122,7 @@ def base_slopes(g, v, w):
 
 @inner
 def before_event(f, v, e, j, y, i):
-    """Note what the jump at an event needs of the side before it."""
+    """Note the values before an event that the jump of the tangent needs."""
     w, guard, x = e.w, e.whole[8 * rows.AT + i], trajectory_at(j.x, e.whole[8 * rows.JOB + i])
     gather(e, j, x, i)
     f.trig(x.s, x.p)
@@ -136,7 +136,7 @@ def before_event(f, v, e, j, y, i):
 
 @inner
 def _frame(e, y, t, i):
-    """The rate and the tangent of a lane, as a frame of one trajectory."""
+    """Write the rate and the tangent of a lane, as a frame of one trajectory."""
     w, n, job = e.w, e.n, e.whole[8 * rows.JOB + i]
     second = 2 + 2 * n
     for r in range(n):
@@ -151,14 +151,14 @@ def _frame(e, y, t, i):
 
 @inner
 def _orthonormal(e, y, t, i):
-    """The same, made orthonormal; logarithms of its lengths are in `t.logs`."""
+    """Write that frame made orthonormal; logarithms of its lengths are in `t.logs`."""
     _frame(e, y, t, i)
     orthonormalise(t.d, 1 + 2 * e.n, t.weight, t.alive, t.norms, t.logs, 0.0)
 
 
 @inner
 def _take(e, y, t, i):
-    """The tangent of a frame is the lane's from here on, what it has grown by is added up."""
+    """Write the tangent of a frame back to the lane, and add up its growth."""
     w, n, second = e.w, e.n, 2 + 2 * e.n
     for r in range(n):
         w[8 * (rows.D_POSITION + r) + i] = t.d[second + r]
@@ -187,7 +187,7 @@ def jump(e, j, y, t, i):
 
 @inner
 def renew(e, y, t, i):
-    """Record a row if one is due; where it hides the rest, take away what lies along the rate."""
+    """Record a row if one is due; remove the part along the rate where it hides the rest."""
     w = e.w
     _orthonormal(e, y, t, i)
     if w[8 * rows.T + i] >= w[8 * rows.NEXT_ROW + i]:
@@ -201,7 +201,7 @@ def renew(e, y, t, i):
 
 @inner
 def _note(e, y, t, i):
-    """A row as those of method.tangents.tangent, then the trajectory's number."""
+    """Add a row as of method.tangents.tangent, then the trajectory's number."""
     w, row = e.w, y.rows[y.count[0]]
     row[0], row[1], row[2], row[3] = w[8 * rows.T + i], w[8 * rows.TRACE + i], y.volume[i], 0.0
     row[4], row[5] = t.logs[0], y.logs[i] + t.logs[1]

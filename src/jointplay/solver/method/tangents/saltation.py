@@ -101,7 +101,7 @@ def jump(f, g, k, x, o, y, guard):
 
 @inner
 def through(y, n_q, n_x, reset, lossy):
-    """Take the frame through an event, by the rates on both sides; whether its guard moves there at all."""
+    """Take the frame through an event, by the rates on both sides; whether the guard moves there."""
     width, real = 1 + n_x, y.real
     slope, size, later = y.gradient[0], abs(y.gradient[0]), y.gradient[0]
     for r in range(n_x):
