@@ -26,9 +26,9 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 38_166,
-    "code lines of its analyses": 11_232,
-    "code lines of all three packages": 43_422,
+    "code lines of the suite": 38_515,
+    "code lines of its analyses": 12_041,
+    "code lines of all three packages": 43_776,
     "files of the suite": 414,
     "files with one reader": 97,
     "entries at the top of the suite": 10,

@@ -20,7 +20,11 @@ from tests.analysis.exact_maps import Symmetric
 
 PAIR, WELLS = catalog.impact_pair(3.6, 0.8), catalog.duffing(amplitude=0.0)
 PLANE = {"y": (-1.6, 1.6), "v": (-3.0, 3.0)}
-SHORT = {"turns": 32, "transient": 60, "lyapunov_turns": 40}
+SHORT = {
+    "turns": 32,
+    "transient": 200,
+    "lyapunov_turns": 40,
+}  # chaos before the birth at 3.41 lives 100 turns
 
 
 @pytest.fixture(scope="module")
