@@ -72,9 +72,12 @@ def planned(monkeypatch):
     """The scene's structure by the sparse algebra, as if it had many unknowns."""
     monkeypatch.setattr(cache, "_text", lambda structure: f"planned {structure!r}")
     monkeypatch.setattr(elimination, "LARGEST_DENSE", 3)
-    trajectory.functions.cache_clear()
+    kept = (trajectory.functions, trajectory._sizes)
+    for each in kept:
+        each.cache_clear()
     yield
-    trajectory.functions.cache_clear()
+    for each in kept:
+        each.cache_clear()
 
 
 PROGRAM = f"""
