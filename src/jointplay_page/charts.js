@@ -148,5 +148,5 @@ jointplay.charts = (() => {
   });
 
   parts.push({ show: showZoom });
-  return { at, mark, scales, svgs };
+  return { mark, scales, svgs };
 })();
