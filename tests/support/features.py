@@ -113,7 +113,7 @@ Choice = Mapping[str, str]
 
 
 def unfit(c: Choice) -> str:
-    """Why two levels do not go together; empty where they do."""
+    """Why some of these levels do not go together; empty where they do."""
     return next((why for there, why in _rules(c) if there), "")
 
 
@@ -162,6 +162,7 @@ def _rules(c) -> Iterator[tuple[bool, str]]:
         yield friction in FRICTIONS and not FRICTIONS[friction].rises, "falling_friction"
         yield ideal or law == "none", "no_clearance"
         yield joint == "group", "loop_groups"
+        yield joint == "two_bearings" and c.get("elastic") == "stretching", "size"
 
 
 @dataclass(frozen=True)
@@ -298,6 +299,7 @@ def _loaded(made, layout: Layout, name: str, random, speed: float) -> dict[str, 
     return {}
 
 
+SOFT = 100.0  # what stretches is softer, so that its waves are slow enough for a program with explicit steps
 BENDS = {
     "sine": {"shapes": "sine", "modes": 2},
     "hermite": {"shapes": "hermite", "elements": 1},
@@ -318,10 +320,12 @@ def scene(choice: Choice, seed: int) -> Scene:
         data = dict(link) | {"mass": link.mass * m, "inertia": link.inertia * m * random.uniform(1.0, 1.1)}
         if e != "rigid" and link.name == layout.bends:
             modulus = random.uniform(0.5, 2.0) * 7e10
-            beam = {"damping_ratio": 0.01, "modulus": modulus, **BENDS[e]}
+            beam = {"damping_ratio": 0.01, **BENDS[e]}
             reach = _reach(plain, link.name)  # a link that bends ends where its last joint is
             light, second = (0.5, 1e-10) if reach < 0.3 else (0.1, 1e-8)
-            beam |= {"area": light * data["mass"] / (7800.0 * reach), "second_moment": second}
+            softer = SOFT if e == "stretching" else 1.0
+            beam |= {"modulus": modulus / softer, "second_moment": second * softer}
+            beam |= {"area": light * data["mass"] / (7800.0 * reach)}
             data |= {"elastic": True, "beam": beam, "length": reach}
         links.append(type(link)(**data))
     clearance = random.uniform(0.8, 2.0) * 1e-4
@@ -391,8 +395,8 @@ def _start(made, choice, angle, speed, random) -> dict[str, Any]:
 
 
 def fits(choice: Choice) -> bool:
-    """Whether every pair of levels of a choice goes together."""
-    return not any(pairs()[pair] for pair in of(choice))
+    """Whether all levels of a choice go together."""
+    return not unfit(choice)
 
 
 @cache
@@ -450,4 +454,4 @@ def _grown(begun, own, levels, fit, left, random) -> list[int] | None:
             return None
         gains = left[np.ix_(fitting, chosen)].sum(axis=1) + 0.5 * random.random(len(fitting))
         chosen.append(int(fitting[gains.argmax()]))
-    return chosen
+    return None if unfit(dict(levels[i] for i in chosen)) else chosen

@@ -5,8 +5,8 @@ where a force may not pull, are released and loaded again where the law's force 
 changes where v_t comes to 0, to sticking if the force that keeps it there is within the cone, and back where
 that leaves it. Of rigid touches u = 0 is an impact: Newton's and Coulomb's laws for all that touch there, of
 which every combination of what they may do is tried; a rebound slower than `STILL` is rest. Events are roots
-of a step's dense output, looked for at several points of it; ideal joints are kept by projection after every
-step.
+of a step's dense output, looked for at several points of it; that step is done again up to the event, since
+dense output is less exact. Ideal joints are kept by projection after every step.
 """
 
 from __future__ import annotations
@@ -348,8 +348,12 @@ def _advance(system, now, end, rtol, method, options):
         cones = [x.play.dry(0.0) * F_n if x.play.dry else 0.0 for x, F_n, _ in seen]
         return [GUARDS[kind](*seen[i], cones[i]) for i, kind in ways]
 
-    solver = method(rate, now.t, now.y, end, rtol=rtol, atol=1e-3 * rtol, **options)
+    def steps(t, y, end):
+        return method(rate, t, y, end, rtol=rtol, atol=1e-3 * rtol, **options)
+
+    solver = steps(now.t, now.y, end)
     while solver.status == "running":
+        start = solver.y.copy()
         if message := solver.step():
             raise RuntimeError(message)
         if ways:
@@ -358,12 +362,20 @@ def _advance(system, now, end, rtol, method, options):
                 fallen = [k for k, value in enumerate(guards(ahead, path(ahead))) if value < 0]
                 if fallen:
                     t, k = min((_root(guards, path, k, before, ahead), k) for k in fallen)
-                    return t, projected(system, t, path(t)), ways[k]
+                    return t, projected(system, t, _ended(steps(solver.t_old, start, t))), ways[k]
                 before = ahead
         if solver.status == "running":
             solver.y = projected(system, solver.t, solver.y)
             solver.f = rate(solver.t, solver.y)
     return end, projected(system, end, solver.y), None
+
+
+def _ended(solver):
+    """State at the end of a solver's interval."""
+    while solver.status == "running":
+        if message := solver.step():
+            raise RuntimeError(message)
+    return solver.y
 
 
 def _bending(touch, mode) -> float:
