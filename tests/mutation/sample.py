@@ -89,7 +89,12 @@ def cover(options) -> None:
 
 def run(options) -> None:
     """Try mutants that have no verdict yet, or one of those asked for, and no explanation."""
+    if not any(_asked(row, options) for row in read()):
+        print("every line has a verdict")
+        return
     known, places, lock = Map(options.work / "cover", options.budget), SimpleQueue(), Lock()
+    if not known.tests:
+        raise SystemExit(f"which test runs which line is not known in {options.work}: begin with `map`")
     for job in range(options.jobs):
         places.put(copied(options.work / f"job{job}"))
 
@@ -123,7 +128,9 @@ def check(options) -> None:
     wrong = trial.failing(noted, copied(options.work), options.work)
     rows = read()
     write([row | ({"verdict": "", "by": ""} if row["by"] in wrong else {}) for row in rows])
-    print(f"{len(noted)} tests, {len(wrong)} of them fail by themselves: {sorted(wrong)}")
+    gone = sum(map(_is_gone, rows))
+    print(f"fail by themselves or are no more: {sorted(wrong)}")
+    print(f"{len(noted)} tests noticed a line, {len(wrong)} do no more; {gone} of {len(rows)} lines are gone")
 
 
 def report(options) -> None:

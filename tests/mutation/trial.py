@@ -123,8 +123,11 @@ def judged(mutant: Mutant, tree: Path, work: Path, known: Map, plain: bool = Fal
 
 
 def failing(tests: list[str], tree: Path, work: Path) -> set[str]:
-    """Those of some tests that fail where nothing is broken."""
-    told, found = environment(tree, work), set()
+    """Those of some tests that fail where nothing is broken, or are no more."""
+    told = environment(tree, work)
+    there = _names(tree, told)
+    found = {name for name in tests if name.removesuffix(INTERPRETED) not in there}
+    tests = [name for name in tests if name not in found]
     for some, more in (
         ([t for t in tests if not t.endswith(INTERPRETED)], {}),
         ([t.removesuffix(INTERPRETED) for t in tests if t.endswith(INTERPRETED)], {"NUMBA_DISABLE_JIT": "1"}),
@@ -139,6 +142,14 @@ def failing(tests: list[str], tree: Path, work: Path) -> set[str]:
             found.add(by + (INTERPRETED if more else ""))
             left = left[left.index(by) + 1 :]
     return found
+
+
+def _names(tree: Path, told: dict[str, str]) -> set[str]:
+    """Names of all tests."""
+    code, said = tested(["-p", "no:cacheprovider", "-q", "--collect-only", "-m", ""], tree, told, 600)
+    if code:
+        raise RuntimeError(f"the tests cannot be collected\n{said[-500:]}")
+    return {line for line in said.splitlines() if line.startswith("tests/") and "::" in line}
 
 
 def rounds(mutant: Mutant, source: str, cache: Path, known: Map):
