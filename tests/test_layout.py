@@ -9,7 +9,7 @@ from tests.test_docstrings import FILES
 # folders in which files of one name stand for one thing
 MIRRORS = (
     {"jointplay.solver.mechanism", "jointplay.solver.equations"},
-    {"jointplay.analysis", "jointplay.figures", "jointplay.study.results.answers"},
+    {"jointplay.analysis", "jointplay.figures"},
     {"jointplay_lab", "jointplay_lab.figures"},
     {"jointplay", "jointplay_lab"},
     {

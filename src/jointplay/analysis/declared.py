@@ -6,7 +6,7 @@ of the docstring and the table of the documentation follow from the declaration.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +39,8 @@ class Outputs:
         The answer of each cell of a sweep in a word: a variable of codes, or a function of the sweep.
     shown : mapping of str to str
         What the figure of a sweep shows, the first that a result has, each with its title; empty: its name.
+    table : callable, optional
+        Gives a result as text, for a file beside it.
     """
 
     kind: str
@@ -47,6 +49,7 @@ class Outputs:
     answer: Callable[[xr.Dataset], str] | None = None
     verdict: str | Callable[[xr.Dataset], xr.DataArray] = ""
     shown: Mapping[str, str] = field(default_factory=dict)
+    table: Callable[[xr.Dataset], str] | None = None
 
     def dataset(
         self,
@@ -112,8 +115,7 @@ class Outputs:
                 if name in values:
                     made[name] = out.variable(values[name], of or OF, plane, named.get(name, ()))
             found.append(made)
-        variables, coords = found
-        return variables, coords
+        return found[0], found[1]
 
     def none(self, *names: str, **sizes: int) -> dict[str, np.ndarray]:
         """Values that a run which failed has none of, over dimensions of these sizes."""
@@ -131,6 +133,10 @@ class Outputs:
             return self.verdict(result)
         return codes.words(result[self.verdict]) if self.verdict else None
 
+    def in_sweep(self, there: Container[Any]) -> str | None:
+        """Name of what the figure of a sweep shows of the variables that are there; None: nothing."""
+        return next((name for name in self.shown if name in there), None)
+
     def told(self) -> Iterator[tuple[str, str, str, str]]:
         """Name, dimensions, units and meaning of each variable but for a run's times and counters."""
         for name, out in (self.coords | self.variables).items():
@@ -138,7 +144,9 @@ class Outputs:
                 continue
             dims = ", ".join(out.axes)
             flags = f" ({', '.join(out.flags)})" if 0 < len(out.flags) <= LISTED else ""
-            meaning = f"{out.long_name.format_map(OF)}{flags}{'; ' if out.about else ''}{out.about}"
+            meaning = "; ".join(
+                filter(None, (f"{out.long_name.format_map(OF)}{flags}", out.about, out.comment))
+            )
             yield name, dims, "" if out.units == "1" else out.units.format_map(OF), meaning
 
     def __str__(self) -> str:

@@ -116,13 +116,12 @@ def assess_mechanism(arguments: Namespace) -> int:
     """Assess a linkage with clearance: a page on its forces, its contacts, and where its motion changes."""
     from jointplay.jobs.pool import Pool
     from jointplay.study.file import load
-    from jointplay.study.results.answers.assessment import page
 
     study = _doubted(load(arguments.study, arguments.set, kind="assess"))
     out = _free(study, arguments, fresh=arguments.fresh)
     pool = Pool.checked(arguments.jobs, "loky", None)
     outcome = _completed(study, out, pool, fresh=arguments.fresh)
-    say(page(outcome.dataset, arguments.study))
+    say(study.record.row.outputs.table(outcome.dataset, arguments.study))
     return _finished(outcome, study.record.figure, arguments.no_figure)
 
 
@@ -135,7 +134,7 @@ def _figure_of_run(dataset, options: dict) -> dict | None:
     if (whole := figures.of_sweep(dataset, options)) is None:
         say("figure  none of the whole sweep; one cell: jointplay.figure(jointplay.cell(result, ...))")
     elif not options.get("quantity"):
-        shown = figures.drawing.cell_quantity.usual(dataset).name
+        shown = figures.drawing.cell_quantity.usual(dataset)
         say(f"figure  {shown} of each cell; others by kind = 'sweep' and quantity in [figure]")
     return whole
 
