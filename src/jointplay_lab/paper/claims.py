@@ -29,6 +29,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from textwrap import wrap
 from typing import Any, Unpack
 
 import numpy as np
@@ -41,6 +42,7 @@ from jointplay.analysis.labels import Out, along, columns
 from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.simulate import simulate
+from jointplay.display import codes
 from jointplay.display.number_text import plain
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
@@ -50,7 +52,6 @@ from jointplay.solver.mechanism.records import CrankAngle, Mechanism
 from jointplay_lab.paper.character import MOTIONS, NUMBERS, character
 from jointplay_lab.paper.reading_list import PANELS
 from jointplay_lab.paper.readings import OF_PANEL, of_panels, printed_fits
-from jointplay_lab.paper.tables import claims_answer, claims_table
 
 DAMPING_RATIOS = (0.0, 0.005, 0.01, 0.02, 0.05)
 JOINTS = ("ideal", "clearance")
@@ -91,6 +92,35 @@ INTERVAL = 1e-5  # s between samples: some 30 in one half-wave of the contact fo
 WINDOWS = ("start_up", "steady")
 Pair = tuple[float, float]
 CASE, RUN = ("panel", "joints", "links"), ("panel", "start")
+STANDS = {"not": "not reproduced", "partly": "partly reproduced"}  # the other grades stand for themselves
+WIDTHS = (44, 12, 110)  # characters of conclusion, grade, evidence
+
+
+def table(dataset: xr.Dataset) -> str:
+    """The paper's conclusions, their grades and the numbers behind these, as text in three columns."""
+    grades = codes.words(dataset["grade"]).values
+    rows = [("conclusion of the paper", "grade", "numbers"), tuple("-" * (width - 2) for width in WIDTHS)]
+    for number, claim in enumerate(dataset.claim.values):
+        one = dataset.sel(claim=claim)
+        rows.append((f"{number + 1} {one.claim_text.item()}", grades[number], str(one.evidence.item())))
+    return "".join(_lines(row) for row in rows)
+
+
+def _lines(row: tuple[str, ...]) -> str:
+    """A row of cells, each broken to the width of its column."""
+    cells = [wrap(text, width - 2) or [""] for text, width in zip(row, WIDTHS, strict=True)]
+    height = max(map(len, cells))
+    padded = [cell + [""] * (height - len(cell)) for cell in cells]
+    lines = zip(*padded, strict=True)
+    return "".join("".join(map(str.ljust, line, WIDTHS)).rstrip() + "\n" for line in lines)
+
+
+def answer(dataset: xr.Dataset) -> str:
+    """The number of the paper's conclusions with each grade."""
+    grades = np.array([STANDS.get(grade, grade) for grade in codes.words(dataset["grade"]).values])
+    return f"conclusions of the paper: {codes.counted(grades)}"
+
+
 OUTPUTS = Outputs(
     "claims",
     {
@@ -114,8 +144,8 @@ OUTPUTS = Outputs(
         "evidence": Out("claim", "the numbers behind the grade", ""),
         "status": Out((), "ok, or how the first run that failed ended", flags=STATUS),
     },
-    claims_answer,
-    table=claims_table,
+    answer,
+    table=table,
 )
 
 

@@ -7,6 +7,7 @@ reading changes one of them and leaves the others as printed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, Unpack
 
@@ -19,6 +20,7 @@ from jointplay.analysis.keywords import Integration, Moving, analysis, listed
 from jointplay.analysis.labels import Out, along, columns
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
+from jointplay.display import codes
 from jointplay.display.errors import InputError, Problem, unknown
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
@@ -26,11 +28,45 @@ from jointplay.solver.mechanism.base import Count, Natural, Positive, unit
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, MotorLine
 from jointplay_lab.paper.character import NUMBERS, RTOL, TOLERANCE
 from jointplay_lab.paper.reading_list import PANELS, READINGS
-from jointplay_lab.paper.tables import readings_answer, readings_table
 
 POINTS = 200  # section points kept for a small picture
 OVER = ("panel", "reading")
 OF_PANEL = {"clearance": Out("panel", "radial clearance", "m"), "gear_ratio": Out("panel", "gear ratio")}
+COLUMNS = {"separations": ".2f", "impacts": ".2f", "contact_fraction": ".4f", "extent": ".0e"}
+
+
+def answer(dataset: xr.Dataset) -> str:
+    """The motion of each panel, counted over the readings of the paper."""
+    motions = zip(dataset.panel.values, codes.words(dataset["motion"]).values, strict=True)
+    return "\n".join(f"panel {panel}, {row.size} readings: {codes.counted(row)}" for panel, row in motions)
+
+
+def table(dataset: xr.Dataset) -> str:
+    """Every panel of Figure 12 under every reading as text, one a line."""
+    head = ("panel", "reading", *COLUMNS, "period", "growth per turn", "motion")
+    motions = codes.words(dataset["motion"]).values
+    rows = [_reading(dataset.isel(panel=p, reading=r), motions[p, r]) for p, r in np.ndindex(motions.shape)]
+    both = (dataset.reading, dataset.reading_text)
+    texts = [f"{name.item():<32}{text.item()}" for name, text in zip(*both, strict=True)]
+    return "\n".join([_row(head), *map(_row, rows), "", *texts]) + "\n"
+
+
+def _row(words: tuple[str, ...]) -> str:
+    return "{:<7}{:<30}{:>12}{:>9}{:>18}{:>9}{:>8}  {:<18}{}".format(*words)
+
+
+def _reading(one: xr.Dataset, motion: str) -> tuple[str, ...]:
+    period = {0: "none", -1: "-"}.get(int(one.period), str(int(one.period)))
+    growth = f"{_number(one.growth, '+.3f')} ± {_number(one.growth_standard_error, '.3f')}"
+    numbers = (_number(one[name], form) for name, form in COLUMNS.items())
+    return one.panel.item(), one.reading.item(), *numbers, period, growth.replace("- ± -", "-"), motion
+
+
+def _number(value: xr.DataArray, form: str) -> str:
+    """A number as text, a dash where there is none."""
+    return format(float(value), form) if math.isfinite(value) else "-"
+
+
 OUTPUTS = Outputs(
     "readings",
     {
@@ -48,8 +84,8 @@ OUTPUTS = Outputs(
         "section_x": Out((*OVER, "point"), "journal centre over clearance at the section, x"),
         "section_y": Out((*OVER, "point"), "journal centre over clearance at the section, y"),
     },
-    readings_answer,
-    table=readings_table,
+    answer,
+    table=table,
 )
 
 
