@@ -11,7 +11,7 @@ MIRRORS = (
     {"jointplay.solver.mechanism", "jointplay.solver.equations"},
     {"jointplay.analysis", "jointplay.figures"},
     {"jointplay_lab", "jointplay_lab.figures"},
-    {"jointplay", "jointplay_lab"},
+    {"jointplay", "jointplay_lab", "jointplay_page"},
     {
         *("jointplay.solver.codegen", "jointplay.solver.codegen.lanes"),
         *("jointplay.solver.method", "jointplay.solver.method.lanes"),

@@ -10,12 +10,8 @@ KINDS = (
         varies=False,
         slow=2,
         example={
-            "analysis": {
-                "panels": ("c",),
-                "readings": ("as_printed", "no_tension"),
-                "transient": 50,
-                "turns": 100,
-            }
+            "analysis": {"panels": ("c",), "readings": ("as_printed", "no_tension")}
+            | {"transient": 50, "turns": 100}
         },
         references=("chunmei2002",),
     ),

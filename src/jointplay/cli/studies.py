@@ -15,7 +15,6 @@ from jointplay.cli.verb import (
     OUT,
     STUDY,
     changes,
-    folder,
     option,
     say,
     verb,
@@ -171,29 +170,6 @@ def show_status(arguments: Namespace) -> int:
     for line in status(load(arguments.study, arguments.set), Path(arguments.out)):
         say(line)
     return DONE
-
-
-@verb(
-    "reproduce",
-    option("names", nargs="*", metavar="NAME", help="studies of studies/paper, such as fig05b; all if none"),
-    *(JOBS, folder("results/reproduced"), FRESH),
-    example="fig12c --jobs 1",
-)
-def reproduce_paper(arguments: Namespace) -> int:
-    """Compute and draw every figure of the paper, or the named ones, and grade its conclusions."""
-    from jointplay_lab.reproduce import reproduce
-
-    try:
-        outcomes = reproduce(arguments.names, arguments.jobs, arguments.out, fresh=arguments.fresh, say=say)
-    except KeyboardInterrupt:
-        kept = any(Path(arguments.out).glob("*.journal"))
-        again = "run the same command again to go on; finished cells are kept"
-        raise KeyboardInterrupt(*[again] * kept) from None
-    failed = [outcome for outcome in outcomes if outcome.failure]
-    print(f"{len(outcomes) - len(failed)} of {len(outcomes)} studies done; results in {arguments.out}")
-    for outcome in failed:
-        print(f"failed: {outcome.name}: {outcome.failure}", file=sys.stderr)
-    return FAILED if failed else DONE
 
 
 def loaded(arguments: Namespace):
