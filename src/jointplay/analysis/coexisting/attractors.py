@@ -40,7 +40,6 @@ from jointplay.analysis.states.start_plane import section_of
 from jointplay.analysis.sweeps import gather, points
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.bifurcation import Over, lanes_fit, names, record_fits
-from jointplay.analysis.sweeps.chains import numbered
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.vary import Axis, at_largest, checked_axes, largest
 from jointplay.display import codes
@@ -110,7 +109,7 @@ def _motion(result: xr.Dataset, name: str, n: int, there: np.ndarray) -> str:
 HERE = (PLANE, "identity")
 OUTPUTS = Outputs(
     "attractors",
-    points.NUMBERS,
+    {"identity": Out("identity", "number of the motion")} | points.NUMBERS,
     {
         "period": Out(HERE, "period in turns; 0: none found; -1: not there"),
         "count": Out(HERE, "starts that reach the motion"),
@@ -288,8 +287,8 @@ class _Table:
     @property
     def coordinates(self) -> dict[str, Any]:
         """Values of the parameter, and numbers of the motions."""
-        own = numbered("identity", self.shape[1], "number of the motion", 1)
-        return {self.axis.name: self.axis.coordinate} | own
+        own = OUTPUTS.coords["identity"].variable(np.arange(1, 1 + self.shape[1]))
+        return {self.axis.name: self.axis.coordinate, "identity": own}
 
     def dataset(self, answers: Mapping[tuple[int, int], Entry]) -> xr.Dataset:
         """Dataset of the motions, by value and identity."""
@@ -302,7 +301,6 @@ class _Table:
         found["attractor_status"].attrs["long_name"] = (
             "how the motion's description ended; not_run: not there"
         )
-        found.attrs.pop("swept")
         return points.counted(found)
 
     def fractions(self) -> dict[str, Any]:

@@ -28,7 +28,7 @@ from jointplay.analysis.labels import PLANE, Out, along
 from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rules import assembled_at, each_alike, quantity
 from jointplay.analysis.starts import placed
-from jointplay.analysis.sweeps import gather, points, quarters, stretches
+from jointplay.analysis.sweeps import chains, gather, points, quarters, stretches
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.chains import DIRECTIONS, Sweep
 from jointplay.analysis.sweeps.refine import adaptive, refine_fits
@@ -210,7 +210,7 @@ def lanes_fit(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: float
 EACH = (PLANE, "direction")  # and start, where there are several
 OUTPUTS = Outputs(
     "bifurcation",
-    {"direction": Out("direction", "direction of the sweep", "")} | points.NUMBERS,
+    {"direction": chains.DIRECTION} | points.NUMBERS,
     {"QUANTITY": Out((*EACH, "point"), "what `record` asks for at the last section points", "", "else NaN")}
     | along(points.OUTS | gather.OF_CELL, *EACH)
     | quarters.OUTS
@@ -356,5 +356,4 @@ def assembled(sweep: Sweep, keys: Sequence[str], read: Read) -> xr.Dataset:
     """Make the dataset of `bifurcation` of the answers of its points, each under the key of one."""
     variables, _ = OUTPUTS.variables_of({"period_tolerance": float(sweep.plan.spread)})
     result = points.counted(gather.dataset("bifurcation", sweep, keys, read).assign(variables))
-    result.attrs.pop("swept")
     return result if len(sweep.starts) > 1 else result.isel(start=0, drop=True)

@@ -53,7 +53,8 @@ NUMBERS = {
 
 
 def counted(found: xr.Dataset) -> xr.Dataset:
-    """The dataset with `NUMBERS`: points from 0 on, exponents from 1."""
+    """The dataset of all points, with `NUMBERS`: section points from 0 on, exponents from 1."""
+    found.attrs.pop("swept")  # its dimensions are no study's `[vary]`
     own = {dim: out for dim, out in NUMBERS.items() if dim in found.dims}
     numbers = {dim: np.arange(found.sizes[dim]) + (dim != "point") for dim in own}
     return found.assign_coords({dim: out.variable(numbers[dim]) for dim, out in own.items()})
