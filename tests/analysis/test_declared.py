@@ -154,6 +154,19 @@ def test_a_comment_is_in_the_file_and_in_the_documentation():
     )
 
 
+def test_what_stands_for_other_names_is_said():
+    outs = {"QUANTITY": Out(PLANE, "what `record` asks for"), "status": RUN["status"]}
+    assert list(Outputs("trial", {}, outs).notes()) == [
+        "Beside them, times and counters of the run.",
+        "``plane`` stands for what is varied.",
+        "Words in capitals stand for names of the result's own.",
+    ]
+    assert str(Outputs("trial", {}, outs)).endswith(
+        "the run ended\n\n" + "\n".join(Outputs("", {}, outs).notes())
+    )
+    assert list(TRIAL.notes()) == []
+
+
 def test_a_kind_that_declares_nothing_says_nothing():
     outputs = Kind("bare", "math:sqrt").outputs
     assert (outputs.kind, outputs.variables, outputs.answer, outputs.table) == ("bare", {}, None, None)

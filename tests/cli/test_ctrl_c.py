@@ -88,7 +88,7 @@ def test_of_windows_each_kept_sample_has_its_own(study, tmp_path, monkeypatch):
 
 
 LAST = {
-    "as all is computed": (declared, "dataset"),
+    "as all is computed": (declared, "on_joints"),
     "as its origin is noted": (provenance, "attach"),
     "as it is stored": (store, "_fill"),
     "as it is drawn": (figures, "draw"),

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.analysis.evaluate import RUN, dataset
-from jointplay.analysis.labels import KEPT, OF, Out
+from jointplay.analysis.evaluate import RUN, coordinates, on_joints
+from jointplay.analysis.labels import KEPT, OF, PLANE, Out
 from jointplay.display import codes
 from jointplay.solver.mechanism.model import Model
 
@@ -90,11 +90,12 @@ class Outputs:
 
         axes = plane or {}
         variables, coords = self.variables_of(values, of, [*axes], words, groups)
-        coords = axes | coords
-        if model is not None:
-            return dataset(model, variables, coords, self.kind, **attributes)
         head = {"Conventions": "CF-1.11", "kind": self.kind} | attributes | {"kind": self.kind}
-        return xr.Dataset(variables, coords, head)
+        if model is None:
+            return xr.Dataset(variables, axes | coords, head)
+        used = {dim for dims, *_ in variables.values() for dim in ([dims] if isinstance(dims, str) else dims)}
+        labels = {of: each for of, each in coordinates(model).items() if of in used}
+        return on_joints(xr.Dataset(variables, axes | coords | labels, head))
 
     def variables_of(
         self,
@@ -144,10 +145,9 @@ class Outputs:
                 continue
             dims = ", ".join(out.axes)
             flags = f" ({', '.join(out.flags)})" if 0 < len(out.flags) <= LISTED else ""
-            meaning = "; ".join(
-                filter(None, (f"{out.long_name.format_map(OF)}{flags}", out.about, out.comment))
-            )
-            yield name, dims, "" if out.units == "1" else out.units.format_map(OF), meaning
+            parts = f"{out.long_name.format_map(OF)}{flags}", out.about, out.comment
+            units = "" if out.units == "1" else out.units.format_map(OF)
+            yield name, dims, units, "; ".join(filter(None, parts))
 
     def __str__(self) -> str:
         """As it stands in a docstring."""
@@ -155,8 +155,17 @@ class Outputs:
         for name, dims, units, meaning in self.told():
             over = f", over ``{dims.replace(', ', '``, ``')}``" if dims and dims != name else ""
             lines.append(f"- ``{name}``{over}: {meaning}{f' ({units})' if units else ''}")
-        lines += ["- times and counters of the run"] if RUN.keys() & self.variables else []
-        return "\n".join(lines)
+        return "\n".join([*lines, "", *self.notes()]).rstrip()
+
+    def notes(self) -> Iterator[str]:
+        """Sentences on what stands beside these variables, and on names that stand for others."""
+        outs = self.coords | self.variables
+        if RUN.keys() & outs:
+            yield "Beside them, times and counters of the run."
+        if any(PLANE in out.axes for out in outs.values()):
+            yield f"``{PLANE}`` stands for what is varied."
+        if any(part.isupper() for name in outs for part in name.split("_")):
+            yield "Words in capitals stand for names of the result's own."
 
 
 def values_of(result: xr.Dataset, names: Iterable[str]) -> dict[str, Any]:

@@ -222,18 +222,6 @@ def run_values(model: Model, records) -> dict[str, Any]:
     return found | ({"clearance": np.array(model.clearances)} if model.clearances else {})
 
 
-def dataset(
-    model: Model, variables: dict[str, Any], coords: dict[str, Any], kind: str, **attrs: Any
-) -> xr.Dataset:
-    """Dataset of a run, with the label coordinates that its variables use."""
-    import xarray as xr
-
-    used = {dim for dims, *_ in variables.values() for dim in ((dims,) if isinstance(dims, str) else dims)}
-    labels = {of: coordinate for of, coordinate in coordinates(model).items() if of in used}
-    attrs = {"Conventions": "CF-1.11", "kind": kind} | attrs
-    return on_joints(xr.Dataset(variables, coords | labels, attrs))
-
-
 def on_joints(dataset: xr.Dataset) -> xr.Dataset:
     """Put the variables of prismatic joints along ``joint``, after the joints with clearance.
 
