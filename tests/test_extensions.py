@@ -10,6 +10,7 @@ MODULE = """
 from typing import Any
 
 import jointplay as jp
+from jointplay.cli.verb import Verb, option, say
 from jointplay.figures.registry import picture
 from jointplay.kinds import Kind
 from jointplay.solver.equations.friction import FrictionLaw
@@ -39,6 +40,19 @@ def seesaw(clearance: float = 1e-4, **changes: Any) -> jp.Mechanism:
 ECHOES = Kind("echoes", "jointplay.analysis.poincare:poincare", ("portrait",))
 
 
+def greet(arguments):
+    'Greet somebody.'
+    say(f"hello {arguments.name}")
+    return 0
+
+
+GREET = Verb("greet", greet, (option("name"),), "you")
+
+
+def echoed(word):
+    return word
+
+
 @picture()
 def portrait(dataset):
     from matplotlib.figure import Figure
@@ -58,6 +72,10 @@ seesaw = stranger:seesaw
 echoes = stranger:ECHOES
 [jointplay.figures]
 portrait = stranger:portrait
+[jointplay.verbs]
+greet = stranger:GREET
+[jointplay.names]
+echo = stranger:echoed
 """
 BROKEN = """
 [jointplay.laws]
@@ -117,6 +135,10 @@ def test_laws_mechanisms_kinds_and_figures_that_a_package_publishes_are_used_as_
     assert (done.returncode, done.stdout) == (0, "1\n"), done.stderr
     done = run(POINTS, "-m", "jointplay", "cite", "stranger_study.toml")
     assert "A. Stranger, Soft ground, 2026\n    for contact law meadow" in done.stdout
+    done = run(POINTS, "-m", "jointplay", "greet", "everybody")
+    assert (done.returncode, done.stdout) == (0, "hello everybody\n"), done.stderr
+    done = run(POINTS, "-c", "import jointplay as jp; print(jp.echo('hello'), 'echo' in dir(jp))")
+    assert done.stdout == "hello True\n", done.stderr
 
 
 def test_an_entry_point_that_cannot_be_loaded_names_itself_and_breaks_nothing_else(run):

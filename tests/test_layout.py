@@ -9,9 +9,9 @@ from tests.test_docstrings import FILES
 # folders in which files of one name stand for one thing
 MIRRORS = (
     {"jointplay.solver.mechanism", "jointplay.solver.equations"},
-    {"jointplay.analysis", "jointplay.figures", "jointplay.study.results.answers"},
+    {"jointplay.analysis", "jointplay.figures"},
     {"jointplay_lab", "jointplay_lab.figures"},
-    {"jointplay", "jointplay_lab"},
+    {"jointplay", "jointplay_lab", "jointplay_page"},
     {
         *("jointplay.solver.codegen", "jointplay.solver.codegen.lanes"),
         *("jointplay.solver.method", "jointplay.solver.method.lanes"),

@@ -26,10 +26,10 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 38_515,
-    "code lines of its analyses": 12_041,
-    "code lines of all three packages": 43_776,
-    "files of the suite": 403,
+    "code lines of the suite": 38_477,
+    "code lines of its analyses": 12_476,
+    "code lines of all three packages": 43_766,
+    "files of the suite": 401,
     "files with one reader": 95,
     "entries at the top of the suite": 10,
     "files side by side in a room": 22,

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 STUDIES = Path(__file__).parents[1] / "studies"
-ALONE = """
+LOST = """
 import importlib.metadata, sys
 sys.modules |= {"jointplay_lab": None, "jointplay_page": None}  # as if they were not there
-importlib.metadata.entry_points = lambda **_: ()
 from jointplay.cli import main
 """
+ALONE = LOST.replace("from", "importlib.metadata.entry_points = lambda **_: ()\nfrom")
 
 
 def ran(code, *given, folder):
@@ -32,19 +32,25 @@ def test_the_suite_alone_runs_and_draws_a_study(tmp_path):
     }
 
 
-@pytest.mark.parametrize(
-    ("given", "missing"),
-    [
-        (["report", str(STUDIES / "quickstart.toml")], "jointplay_page"),
-        (["reproduce", "fig05b"], "jointplay_lab"),
-    ],
-)
-def test_what_needs_another_package_says_so(given, missing, tmp_path):
-    done = ran(f"{ALONE}sys.exit(main(sys.argv[1:]))", *given, folder=tmp_path)
-    assert (done.returncode, done.stderr) == (
-        2,
-        f"not done: the package {missing} is needed, and is not installed\n",
+@pytest.mark.parametrize(("verb", "missing"), [("report", "jointplay_page"), ("reproduce", "jointplay_lab")])
+def test_a_verb_of_another_package_is_unknown_without_it(verb, missing, tmp_path):
+    done = ran(f"{ALONE}sys.exit(main(sys.argv[1:]))", verb, "x", folder=tmp_path)
+    assert done.returncode == 2
+    assert f"invalid choice: '{verb}' (choose from 'run', " in done.stderr
+    assert "not loaded" not in done.stderr
+    done = ran(f"{LOST}sys.exit(main(sys.argv[1:]))", verb, "x", folder=tmp_path)
+    assert done.returncode == 2
+    assert f"({missing}.verbs)" in done.stderr.partition("not loaded: ")[2]
+    assert "Traceback" not in done.stderr
+
+
+def test_a_function_of_another_package_is_unknown_without_it(tmp_path):
+    code = (
+        "import jointplay\nprint([hasattr(jointplay, name) for name in ('report', 'waveform', 'simulate')])"
     )
+    assert ran(code, folder=tmp_path).stdout == "[True, True, True]\n"
+    done = ran(f"{ALONE}{code}", folder=tmp_path)
+    assert (done.returncode, done.stdout) == (0, "[False, False, True]\n"), done.stderr
 
 
 def test_a_kind_of_the_laboratory_is_unknown_without_it(tmp_path):

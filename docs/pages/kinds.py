@@ -53,15 +53,13 @@ def page(row: Kind) -> str:
         )
     hidden = frozenset((*ELSEWHERE, *INTEGRATOR))
     parts.append(f"## Keys of `[analysis]`\n\n{table(HEAD, keyword_rows(row.function, hidden))}")
-    if row.outputs is not None:
-        rows = [
-            (f"`{name}`", f"`{dims}`" if dims else "–", units, markdown(meaning))
-            for name, dims, units, meaning in row.outputs.told()
-        ]
+    rows = [
+        (f"`{name}`", f"`{dims}`" if dims else "–", units, markdown(meaning))
+        for name, dims, units, meaning in row.outputs.told()
+    ]
+    if rows:
         head = ("variable", "over", "unit", "meaning")
-        parts.append(
-            f"## What it gives\n\n{table(head, rows)}\nBeside them, times and counters of the run.\n"
-        )
+        parts.append(f"## What it gives\n\n{table(head, rows)}\n{markdown(' '.join(row.outputs.notes()))}\n")
     drawn = [(f"`{name}`", markdown(summary(figures.KINDS[name]))) for name in suited(row)]
     parts.append(f"## Figures\n\n{table(('kind of figure', 'what it draws'), drawn)}")
     if own:

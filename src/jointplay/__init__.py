@@ -35,7 +35,6 @@ _RECORDS = (
 )
 _HOME = {
     "growth": ".analysis.exponents.growth",
-    "waveform": "jointplay_lab.scheme.waveform",
     "open": ".study.results.store:open_result",
     "summary": ".study.results.summary",
     "words": ".study.results.export",
@@ -44,7 +43,6 @@ _HOME = {
     "cell": ".analysis.sweeps.gather",
     "figure": ".figures:draw",
     "animate": ".study.results.animate",
-    "report": "jointplay_page.report",
     "InputError": ".display.errors",
     "ModelWarning": ".display.errors",
     "catalog": ".solver.mechanism.catalog:",
@@ -55,10 +53,13 @@ _HOME = {
 
 @cache
 def _homes() -> dict[str, str]:
-    """Homes of the public names: analyses by the rows of their kinds, and the names listed above."""
+    """Homes of the public names: those that packages publish, analyses by their kinds, and those above."""
+    from importlib.metadata import entry_points
+
     from jointplay.kinds import KINDS
 
-    return {row.home.partition(":")[2]: row.home for row in KINDS.values()} | _HOME
+    published = {point.name: point.value for point in entry_points(group="jointplay.names")}
+    return published | {row.home.partition(":")[2]: row.home for row in KINDS.values()} | _HOME
 
 
 def __getattr__(name: str):

@@ -19,27 +19,8 @@ LENGTH = "{turns} turns after {transient} dropped turns"
 
 
 @dataclass(frozen=True)
-class Shown:
-    """Default quantity in the figure of a whole sweep.
-
-    Parameters
-    ----------
-    name : str
-        A variable of the result at each point.
-    entries : tuple of (str, object)
-        The entry that is taken along each of its own dimensions.
-    title : str
-        Its title, where the variable's own name will not do.
-    """
-
-    name: str
-    entries: tuple[tuple[str, Any], ...] = ()
-    title: str = ""
-
-
-@dataclass(frozen=True)
 class Kind:
-    """A kind of study.
+    """A kind of study; what it gives is declared beside its analysis function (`analysis.declared`).
 
     Parameters
     ----------
@@ -51,9 +32,6 @@ class Kind:
         Figures of its result; the default is the first whose variables it has. A figure can add itself.
     length : str
         Length of a study of this kind, in a line, with its keywords in braces.
-    shown : tuple of Shown
-        Default quantities of a sweep's figure; the first whose variable the result has is taken. Empty, as
-        `summary` and `verdict`, of an analysis that declares what it gives.
     recorded : str
         Where the function is that names the recorded quantities, given ``record`` and the mechanism.
     varies : bool
@@ -62,11 +40,6 @@ class Kind:
         Whether tangents are propagated, so that their code is compiled before workers start.
     kept : bool
         Whether an interrupted run keeps what it has computed so far as a result.
-    table, summary : str
-        Where the functions are that write a result as text: a whole table for a file; its answer, in one to
-        three lines. Empty: no table; of the answer, the number that a sweep shows.
-    verdict : str
-        Where the function is that says the answer of each cell of a sweep in a word, such as ``chaotic``.
     slow : int
         Rank among studies that run side by side: the larger, the earlier it begins.
     example : mapping of str to mapping
@@ -81,14 +54,10 @@ class Kind:
     home: str
     figures: tuple[str, ...] = ()
     length: str = LENGTH
-    shown: tuple[Shown, ...] = ()
     recorded: str = ".analysis.quantities:recorded"
     varies: bool = True
     tangents: bool = False
     kept: bool = False
-    table: str = ""
-    summary: str = ""
-    verdict: str = ""
     slow: int = 0
     example: Mapping[str, Mapping[str, Any]] = field(default_factory=dict, hash=False)
     trial: Mapping[str, Any] = field(default_factory=dict, hash=False)
@@ -101,30 +70,10 @@ class Kind:
 
     @property
     def outputs(self) -> Any:
-        """Declared outputs of the analysis (`analysis.declared`); None where it declares none."""
-        return getattr(self.function, "outputs", None)
-
-    @property
-    def answer(self) -> Callable[[Any], str] | None:
-        """Function that gives the answer of a result; None: it is the number that a sweep shows."""
-        if self.outputs is not None and self.outputs.answer:
-            return self.outputs.answer
-        return load(self.summary) if self.summary else None
-
-    @property
-    def words(self) -> Callable[[Any], Any] | None:
-        """Function that gives the answer of each cell of a sweep in a word; None where nothing does."""
-        if self.outputs is not None:
-            return self.outputs.words if self.outputs.verdict else None
-        return load(self.verdict) if self.verdict else None
-
-    @property
-    def in_sweeps(self) -> tuple[Shown, ...]:
-        """Default quantities of a sweep's figure, as declared or else as in `shown`."""
-        if self.outputs is None:
-            return self.shown
-        known, titles = self.outputs.variables, self.outputs.shown
-        return tuple(Shown(name, (*known[name].at.items(),), title) for name, title in titles.items())
+        """Declared outputs of the analysis (`analysis.declared`), none where it declares none."""
+        return getattr(self.function, "outputs", None) or load(".analysis.declared:Outputs")(
+            self.name, {}, {}
+        )
 
 
 def load(home: str) -> Any:
@@ -140,7 +89,6 @@ _ROWS = (
         ".analysis.simulate:simulate",
         ("overview", "time_history", "contact_angle", "journal_orbit", "phase_portrait"),
         kept=True,
-        summary=".study.results.answers.motions:response",
         example={"analysis": {"transient": 20, "turns": 5}},
         references=(),
         trial={"turns": 2, "steps": True},
@@ -150,7 +98,6 @@ _ROWS = (
         ".analysis.poincare:poincare",
         ("poincare_section",),
         kept=True,
-        summary=".study.results.answers.motions:section",
         example={"analysis": {"transient": 50, "turns": 200}},
         references=(),
         trial={"turns": 5},
@@ -161,7 +108,6 @@ _ROWS = (
         ("bifurcation", "parameter_map"),
         LENGTH + " at each point",
         recorded=".analysis.sweeps.bifurcation:names",
-        summary=".study.results.answers.motions:bifurcation",
         example={
             "vary": {"clearance": {"start": 1e-5, "stop": 5e-4, "num": 40, "scale": "log"}},
             "analysis": {"transient": 100, "turns": 50, "exponents": 1, "lyapunov_turns": 50},
@@ -354,8 +300,6 @@ _ROWS = (
         LENGTH + "; each parameter to {reach} times its value",
         varies=False,
         tangents=True,
-        table=".study.results.answers.assessment:page",
-        summary=".study.results.answers.assessment:answer",
         references=("archard1953", "allgower_georg2003", "keller1977", "parker_chua1989", "kuznetsov2004"),
     ),
 )

@@ -8,16 +8,10 @@ KINDS = (
         "jointplay_lab.paper.readings:readings",
         ("readings",),
         varies=False,
-        table="jointplay_lab.paper.tables:readings_table",
         slow=2,
-        summary="jointplay_lab.paper.tables:readings_answer",
         example={
-            "analysis": {
-                "panels": ("c",),
-                "readings": ("as_printed", "no_tension"),
-                "transient": 50,
-                "turns": 100,
-            }
+            "analysis": {"panels": ("c",), "readings": ("as_printed", "no_tension")}
+            | {"transient": 50, "turns": 100}
         },
         references=("chunmei2002",),
     ),
@@ -26,9 +20,7 @@ KINDS = (
         "jointplay_lab.paper.claims:claims",
         ("claims",),
         varies=False,
-        table="jointplay_lab.paper.tables:claims_table",
         slow=1,
-        summary="jointplay_lab.paper.tables:claims_answer",
         example={"analysis": {"damping_ratios": (0.01,), "transient": 50, "turns": 50, "growth_turns": 20}},
         references=("chunmei2002", "benettin1980"),
     ),
@@ -38,7 +30,6 @@ KINDS = (
         ("scheme_comparison",),
         "single turns after {start_turn} turns, clearances {clearance} m",
         varies=False,
-        summary="jointplay_lab.answers:scheme_answer",
         example={
             "mechanism": {"elastic": ["coupler"], "elements": 2},
             "analysis": {"clearance": (0.0,), "start_turn": (0,), "windows_per_turn": (12,)},
@@ -51,8 +42,6 @@ KINDS = (
         ("stress",),
         "{scenes} scenes of seed {seed} from number {first}, {turns} turns each",
         varies=False,
-        table="jointplay_lab.stress.stress_table:stress_table",
-        summary="jointplay_lab.stress.stress_table:stress_summary",
         example={"analysis": {"scenes": 10, "variants": ("rigid",)}},
         references=(),
     ),
@@ -62,7 +51,6 @@ KINDS = (
         ("work_precision",),
         "{turns} turns at {tolerances:#} tolerances, beside {peers}",
         varies=False,
-        summary="jointplay_lab.answers:precision_answer",
         example={"analysis": {"tolerances": (1e-5, 1e-7, 1e-9), "peers": ("LSODA", "Radau"), "rounds": 2}},
         references=("hindmarsh2005", "petzold1983", "biscani_izzo2021", "biscani_izzo2022"),
     ),
@@ -72,8 +60,6 @@ KINDS = (
         ("benchmark",),
         "to where the published answer stands",
         varies=False,
-        table="jointplay_lab.answers:benchmark_table",
-        summary="jointplay_lab.answers:benchmark_answer",
         example={"mechanism": {"catalog": "ivp_crank"}},
         references=(),
     ),

@@ -16,7 +16,7 @@ import pytest
 import xarray as xr
 
 from jointplay import figures
-from jointplay.analysis import evaluate, partial
+from jointplay.analysis import declared, evaluate, partial
 from jointplay.analysis.sweeps import gather
 from jointplay.cli import main
 from jointplay.jobs import interrupts
@@ -88,7 +88,7 @@ def test_of_windows_each_kept_sample_has_its_own(study, tmp_path, monkeypatch):
 
 
 LAST = {
-    "as all is computed": (evaluate, "dataset"),
+    "as all is computed": (declared, "on_joints"),
     "as its origin is noted": (provenance, "attach"),
     "as it is stored": (store, "_fill"),
     "as it is drawn": (figures, "draw"),
@@ -97,8 +97,6 @@ LAST = {
 
 @pytest.mark.parametrize(("place", "name"), LAST.values(), ids=LAST)
 def test_a_result_that_is_there_or_nearly_is_stored(study, tmp_path, monkeypatch, capfd, place, name):
-    if name == "dataset":
-        import jointplay.analysis.simulate as place
     assert pressing(monkeypatch, place, name) == []
     assert main(study) == 130
     assert files(tmp_path) == {"one.nc"}

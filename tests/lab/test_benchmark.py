@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 import jointplay as jp
 from jointplay.analysis.quantities import STATUS
-from jointplay.kinds import KINDS, load
+from jointplay.kinds import KINDS
 from jointplay.solver.equations.drives import NAMES
 from jointplay.solver.equations.own import grammar
 from jointplay.solver.mechanism.assemble import assemble
@@ -31,7 +31,7 @@ def test_the_elastic_slider_crank_of_the_ivp_test_set():
     x3 = found.sel(quantity="slider position")
     exact = 0.15 + 0.3 + 1.69327969e-5
     assert float(x3.difference) == pytest.approx(exact - 0.450016933, abs=1e-12)  # its start's, kept
-    table = load(KINDS["benchmark"].table)(found)
+    table = KINDS["benchmark"].outputs.table(found)
     assert len(table.splitlines()) == 17
     assert "-3.31173498825626" in table
     assert str(jp.summary(found)).startswith("all 16 published quantities")

@@ -17,7 +17,7 @@ from jointplay.study.file import load
 from jointplay.study.results import store
 from jointplay.study.results.outcome import explain, failed_cells
 from jointplay_lab import reproduce as module
-from jointplay_lab.paper.tables import claims_table, readings_table
+from jointplay_lab.paper import claims, readings
 from jointplay_lab.reproduce import choose, find_folder, reproduce
 from tests.support.study_samples import TEXT, result, stand_in
 from tests.support.sweep_samples import PLANE, die, forked, same
@@ -221,7 +221,7 @@ def test_wrong_studies_of_the_whole_paper(kind, changes, words):
 
 
 def test_the_table_of_conclusions():
-    lines = claims_table(graded()).splitlines()
+    lines = claims.table(graded()).splitlines()
     assert lines[0].split() == ["conclusion", "of", "the", "paper", "grade", "numbers"]
     assert lines[2].startswith("1 clearance raises the peaks of")
     assert "partly" in lines[2]
@@ -240,7 +240,7 @@ def test_the_table_of_readings():
     data = dict.fromkeys(names, (dims, numbers))
     data |= {"period": (dims, [[0, -1]]), "motion": (dims, np.array([[2, 0]], np.int8), flags)}
     texts = ("reading", ["as it stands", "otherwise"])
-    table = readings_table(xr.Dataset(data, {"panel": ["a"], "reading": ["x", "y"], "reading_text": texts}))
+    table = readings.table(xr.Dataset(data, {"panel": ["a"], "reading": ["x", "y"], "reading_text": texts}))
     _, first, second, *_ = table.splitlines()
     assert first.split() == [
         "a",

@@ -12,7 +12,7 @@ from jointplay.study import run
 from jointplay.study.file import Loaded, load, validate
 from jointplay.study.toml_text import override, parse
 from jointplay_lab.stress.scenes import VARIANTS, draw
-from jointplay_lab.stress.stress_table import stress_summary, stress_table
+from jointplay_lab.stress.stress import answer, table
 
 STUDIES = Path(__file__).parents[2] / "studies" / "stress"
 TEXT = """\
@@ -54,13 +54,13 @@ def test_a_listed_scene_runs_again_from_its_lines(found):
 
 
 def test_the_table_counts_and_lists(found):
-    text = stress_summary(found)
+    text = answer(found)
     assert text.startswith("4 scenes: ")
     assert "median" in text
     rows = [line.split() for line in text.splitlines()]
     for word in ("slowest", "worst"):
         assert [row[0] for row in rows[rows.index([word]) + 2 :][:2]] == [str(k) for k in found[word].values]
-    whole = stress_table(found)
+    whole = table(found)
     assert whole.startswith(text)
     for part in whole.split("# ---")[1:]:
         validate({"name": "x"} | tomllib.loads(part.split("\n", 1)[1]))

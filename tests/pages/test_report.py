@@ -12,7 +12,10 @@ from matplotlib.figure import Figure
 
 import jointplay as jp
 from jointplay import figures
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.keywords import Moving, analysis
 from jointplay.cli import main
+from jointplay.kinds import Kind
 from jointplay.study.file import validate
 from jointplay.study.results.store import write_result
 from jointplay.study.toml_text import parse
@@ -175,8 +178,7 @@ def test_numbers_that_are_none_and_closing_tags_are_safe_in_json():
 
 
 def test_a_result_of_a_kind_without_figures_gets_a_page(tmp_path, monkeypatch):
-    row = jp.kinds.Kind("verdicts", ".analysis.simulate:simulate", summary="tests.pages.test_report:said")
-    monkeypatch.setitem(jp.kinds.KINDS, "verdicts", row)
+    monkeypatch.setitem(jp.kinds.KINDS, "verdicts", Kind("verdicts", "tests.pages.test_report:verdicts"))
     status = {"flag_values": np.arange(1), "flag_meanings": "ok"}
     data = {"peak": ("joint", [5.0, 7.0], {"units": "N", "long_name": "peak force"})}
     data = xr.Dataset(data | {"status": ((), 0, status)}, {"joint": ["A", "B"]}, {"kind": "verdicts"})
@@ -186,8 +188,9 @@ def test_a_result_of_a_kind_without_figures_gets_a_page(tmp_path, monkeypatch):
     assert "<th>Peak force, B</th><td>7 N</td>" in text
 
 
-def said(dataset):
-    return "all is well"
+@analysis(outputs=Outputs("verdicts", {}, {}, lambda dataset: "all is well"))
+def verdicts(mechanism: Moving):
+    """Give no result: they are made by hand."""
 
 
 def test_what_cannot_be_done_is_told(tmp_path):

@@ -382,7 +382,7 @@ def test_section_points():
 
 
 def test_every_kind_has_an_answer_of_its_own():
-    assert [row.name for row in KINDS.values() if not row.answer] == []
+    assert [row.name for row in KINDS.values() if not row.outputs.answer] == []
 
 
 def test_what_is_no_result_is_refused():

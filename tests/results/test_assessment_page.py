@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from jointplay.analysis.assessment.page import answer, commands, page
 from jointplay.study.file import load
-from jointplay.study.results.answers.assessment import answer, commands, page
 from tests.figures.support.synthetic_assessment import assessment
 
 

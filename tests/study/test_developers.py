@@ -15,7 +15,7 @@ import pytest
 import jointplay as jp
 from jointplay import catalog, cli, figures
 from jointplay.display.errors import InputError
-from jointplay.kinds import KINDS, Kind, Shown
+from jointplay.kinds import KINDS, Kind
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism.own import systems
 from jointplay.study.file import load, schema, validate
@@ -35,7 +35,7 @@ def returns(tmp_path_factory, monkeypatch):
     (folder / "returns_figure.py").write_text(FIGURE)
     monkeypatch.syspath_prepend(str(folder))
     before = [dict(table) for table in (figures.KINDS, figures.ABOUT)]
-    row = eval(ROW.replace(".analysis.signals.returns:", "returns_analysis:"), {"Kind": Kind, "Shown": Shown})
+    row = eval(ROW.replace(".analysis.signals.returns:", "returns_analysis:"), {"Kind": Kind})
     monkeypatch.setitem(KINDS, row.name, row)
     import_module("returns_figure")
     yield import_module("returns_analysis").returns
@@ -134,7 +134,7 @@ def test_it_is_swept_and_resumed(study, tmp_path, jobs, capsys):
     assert (tmp_path / "returns.png").exists()
     assert cli.main(["status", str(study), "--out", str(tmp_path)]) == 0
     assert "3 of 3 finished" in capsys.readouterr().out
-    assert figures.drawing.cell_quantity.usual(found).name == "return_share"
+    assert figures.drawing.cell_quantity.usual(found) == "return_share"
 
 
 def test_its_mistakes_are_told_alike_and_all_at_once(returns):

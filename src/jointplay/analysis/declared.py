@@ -6,14 +6,14 @@ of the docstring and the table of the documentation follow from the declaration.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.analysis.evaluate import RUN, dataset
-from jointplay.analysis.labels import KEPT, OF, Out
+from jointplay.analysis.evaluate import RUN, coordinates, on_joints
+from jointplay.analysis.labels import KEPT, OF, PLANE, Out
 from jointplay.display import codes
 from jointplay.solver.mechanism.model import Model
 
@@ -39,6 +39,8 @@ class Outputs:
         The answer of each cell of a sweep in a word: a variable of codes, or a function of the sweep.
     shown : mapping of str to str
         What the figure of a sweep shows, the first that a result has, each with its title; empty: its name.
+    table : callable, optional
+        Gives a result as text, for a file beside it.
     """
 
     kind: str
@@ -47,6 +49,7 @@ class Outputs:
     answer: Callable[[xr.Dataset], str] | None = None
     verdict: str | Callable[[xr.Dataset], xr.DataArray] = ""
     shown: Mapping[str, str] = field(default_factory=dict)
+    table: Callable[[xr.Dataset], str] | None = None
 
     def dataset(
         self,
@@ -87,11 +90,12 @@ class Outputs:
 
         axes = plane or {}
         variables, coords = self.variables_of(values, of, [*axes], words, groups)
-        coords = axes | coords
-        if model is not None:
-            return dataset(model, variables, coords, self.kind, **attributes)
         head = {"Conventions": "CF-1.11", "kind": self.kind} | attributes | {"kind": self.kind}
-        return xr.Dataset(variables, coords, head)
+        if model is None:
+            return xr.Dataset(variables, axes | coords, head)
+        used = {dim for dims, *_ in variables.values() for dim in ([dims] if isinstance(dims, str) else dims)}
+        labels = {of: each for of, each in coordinates(model).items() if of in used}
+        return on_joints(xr.Dataset(variables, axes | coords | labels, head))
 
     def variables_of(
         self,
@@ -112,8 +116,7 @@ class Outputs:
                 if name in values:
                     made[name] = out.variable(values[name], of or OF, plane, named.get(name, ()))
             found.append(made)
-        variables, coords = found
-        return variables, coords
+        return found[0], found[1]
 
     def none(self, *names: str, **sizes: int) -> dict[str, np.ndarray]:
         """Values that a run which failed has none of, over dimensions of these sizes."""
@@ -131,6 +134,10 @@ class Outputs:
             return self.verdict(result)
         return codes.words(result[self.verdict]) if self.verdict else None
 
+    def in_sweep(self, there: Container[Any]) -> str | None:
+        """Name of what the figure of a sweep shows of the variables that are there; None: nothing."""
+        return next((name for name in self.shown if name in there), None)
+
     def told(self) -> Iterator[tuple[str, str, str, str]]:
         """Name, dimensions, units and meaning of each variable but for a run's times and counters."""
         for name, out in (self.coords | self.variables).items():
@@ -138,8 +145,9 @@ class Outputs:
                 continue
             dims = ", ".join(out.axes)
             flags = f" ({', '.join(out.flags)})" if 0 < len(out.flags) <= LISTED else ""
-            meaning = f"{out.long_name.format_map(OF)}{flags}{'; ' if out.about else ''}{out.about}"
-            yield name, dims, "" if out.units == "1" else out.units.format_map(OF), meaning
+            parts = f"{out.long_name.format_map(OF)}{flags}", out.about, out.comment
+            units = "" if out.units == "1" else out.units.format_map(OF)
+            yield name, dims, units, "; ".join(filter(None, parts))
 
     def __str__(self) -> str:
         """As it stands in a docstring."""
@@ -147,8 +155,17 @@ class Outputs:
         for name, dims, units, meaning in self.told():
             over = f", over ``{dims.replace(', ', '``, ``')}``" if dims and dims != name else ""
             lines.append(f"- ``{name}``{over}: {meaning}{f' ({units})' if units else ''}")
-        lines += ["- times and counters of the run"] if RUN.keys() & self.variables else []
-        return "\n".join(lines)
+        return "\n".join([*lines, "", *self.notes()]).rstrip()
+
+    def notes(self) -> Iterator[str]:
+        """Sentences on what stands beside these variables, and on names that stand for others."""
+        outs = self.coords | self.variables
+        if RUN.keys() & outs:
+            yield "Beside them, times and counters of the run."
+        if any(PLANE in out.axes for out in outs.values()):
+            yield f"``{PLANE}`` stands for what is varied."
+        if any(part.isupper() for name in outs for part in name.split("_")):
+            yield "Words in capitals stand for names of the result's own."
 
 
 def values_of(result: xr.Dataset, names: Iterable[str]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.analysis.labels import ENDED, KEPT, Out, flags
+from jointplay.analysis.labels import KEPT, Out, flags
 from jointplay.analysis.quantities import BALANCE, MODES, STATUS, WORDS, WORK
 from jointplay.display.errors import warn
 from jointplay.solver.codegen import cache, outputs
@@ -206,7 +206,7 @@ def coordinates(model: Model) -> dict[str, Any]:
 
 
 RUN = {
-    "status": Out((), ENDED, flags=STATUS, missing=KEPT),
+    "status": Out((), "how the run ended", flags=STATUS, missing=KEPT),
     "wall_time": Out((), "wall time of the run", "s", missing=KEPT),
     "turn_period_nominal": Out((), "nominal period of the drive", "s", missing=KEPT),
     **{name: Out((), text, missing=KEPT) for name, text in COUNTERS.items()},
@@ -220,23 +220,6 @@ def run_values(model: Model, records) -> dict[str, Any]:
     found = {"status": records.status, "wall_time": records.wall_time, "turn_period_nominal": model.period}
     found |= {name: np.int64(records.counts[name]) for name in COUNTERS}
     return found | ({"clearance": np.array(model.clearances)} if model.clearances else {})
-
-
-def scalars(model: Model, records) -> dict[str, Any]:
-    """The same as variables."""
-    return {name: OF_A_MODEL[name].variable(v) for name, v in run_values(model, records).items()}
-
-
-def dataset(
-    model: Model, variables: dict[str, Any], coords: dict[str, Any], kind: str, **attrs: Any
-) -> xr.Dataset:
-    """Dataset of a run, with the label coordinates that its variables use."""
-    import xarray as xr
-
-    used = {dim for dims, *_ in variables.values() for dim in ((dims,) if isinstance(dims, str) else dims)}
-    labels = {of: coordinate for of, coordinate in coordinates(model).items() if of in used}
-    attrs = {"Conventions": "CF-1.11", "kind": kind} | attrs
-    return on_joints(xr.Dataset(variables, coords | labels, attrs))
 
 
 def on_joints(dataset: xr.Dataset) -> xr.Dataset:

@@ -1,18 +1,14 @@
-"""Labelled variables of datasets, made of tables of values, units and long names."""
+"""Variables of results: dimensions, units, names, words of codes, and values from the answers of cells."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-
-from jointplay.analysis.quantities import STATUS
-
-ENDED = "how the run ended"
 
 
 def flags(meanings: Sequence[str], dtype: Any = np.int8) -> dict[str, Any]:
@@ -21,51 +17,20 @@ def flags(meanings: Sequence[str], dtype: Any = np.int8) -> dict[str, Any]:
     return {"units": "1", "flag_values": values, "flag_meanings": " ".join(meanings)}
 
 
-def described(table: Mapping[str, tuple[Any, Any, str, str]]) -> dict[str, Any]:
-    """Variables of a dataset from their dimensions, values, units and long names."""
-    return {key: (dims, v, {"units": u, "long_name": text}) for key, (dims, v, u, text) in table.items()}
-
-
-def number(dims: Any, values: Any, units: str, text: str) -> tuple[Any, Any, dict[str, Any]]:
-    """A variable with its units and long name."""
-    return dims, values, {"units": units, "long_name": text}
-
-
-def labelled(rows: Mapping[str, tuple[Any, str, str]], dims: str | tuple[str, ...] = ()) -> dict[str, Any]:
-    """Variables over the same dimensions, of name: (values, units, long name)."""
-    return {
-        name: number(dims, np.asarray(values), units, text) for name, (values, units, text) in rows.items()
-    }
-
-
-def coded(
-    dims: str | tuple[str, ...], values: Any, text: str = ENDED, meanings: tuple[str, ...] = STATUS
-) -> tuple:
-    """A variable of integer codes with their meanings, statuses if none are given."""
-    return dims, np.asarray(values, dtype=np.int8), {"long_name": text} | flags(meanings)
-
-
-def outcome(status: int, began: float, text: str = ENDED) -> dict[str, Any]:
-    """Status of an analysis and its wall time, since `began` by `time.perf_counter`."""
-    return {"status": coded((), status, text)} | labelled(
-        {"wall_time": (time.perf_counter() - began, "s", "wall time of the run")}
-    )
-
-
 def ended(status: int, began: float) -> dict[str, Any]:
-    """The same as values."""
+    """Status of an analysis and its wall time, since `began` by `time.perf_counter`."""
     return {"status": status, "wall_time": time.perf_counter() - began}
 
 
-def column(answers: Sequence[Mapping[str, Any]], key: str, missing: Any, dtype: Any = float) -> np.ndarray:
-    """One entry of the answer of each cell, `missing` where a cell has none."""
-    return np.array([answer.get(key, missing) for answer in answers], dtype=dtype)
+def units(linkage: bool) -> dict[str, str]:
+    """Units of lengths and speeds: a test system's have none."""
+    return {"length": "m", "speed": "m s-1"} if linkage else {"length": "1", "speed": "1"}
 
 
 PLANE = "plane"  # stands for the dimensions of a plane whose axes a result has of its own
 KEPT = object()  # what a run that failed still tells
 OF = {"name": "the quantity", "units": "its units", "squared": "its units squared"}
-OF |= {"length": "m", "speed": "m s-1"}  # which a test system's lengths have not
+OF |= units(linkage=True)
 OF["per_hertz"] = "its units squared per hertz"  # as long as there is no quantity
 
 
@@ -80,8 +45,8 @@ class Out:
     long_name, units : str
         As in the file; ``{name}`` and ``{units}`` are those of the quantity that the result is of. A text has
         no units.
-    about : str
-        What the documentation says beside the long name.
+    about, comment : str
+        What the documentation says beside the long name; the comment stands in the file too.
     flags : tuple of str
         Words of an integer code.
     missing : object
@@ -94,6 +59,7 @@ class Out:
     long_name: str
     units: str = "1"
     about: str = ""
+    comment: str = ""
     flags: tuple[str, ...] = ()
     missing: Any = math.nan
     at: Mapping[str, Any] = field(default_factory=dict)
@@ -110,13 +76,33 @@ class Out:
         dims = tuple(name for dim in self.axes for name in (plane if dim == PLANE else (dim,)))
         if words:
             return dims, values, {"long_name": self.long_name} | flags(words, np.int32)
+        return dims, np.asarray(values, dtype=np.int8) if self.flags else values, self.attributes(of)
+
+    def attributes(self, of: Mapping[str, str] = OF) -> dict[str, Any]:
+        """Attributes, of a result of that quantity."""
+        name = {"long_name": self.long_name.format_map(of)}
+        note = {"comment": self.comment} if self.comment else {}
         if self.flags:
-            return coded(dims, values, self.long_name, self.flags)
-        name = self.long_name.format_map(of)
-        if not self.units:
-            return dims, values, {"long_name": name}
-        return number(dims, values, self.units.format_map(of), name)
+            return name | flags(self.flags) | note
+        return ({"units": self.units.format_map(of)} if self.units else {}) | name | note
 
     def none(self, shape: tuple[int, ...]) -> np.ndarray:
         """Values of a run that failed."""
         return np.full(shape, self.flags.index(self.missing) if self.flags else self.missing)
+
+
+def along(outs: Mapping[str, Out], *dims: str) -> dict[str, Out]:
+    """The same variables, along further dimensions."""
+    return {name: replace(out, dims=(*dims, *out.axes)) for name, out in outs.items()}
+
+
+def columns(
+    outs: Mapping[str, Out], answers: Sequence[Mapping[str, Any]], shape: tuple[int, ...] = (-1,)
+) -> dict[str, np.ndarray]:
+    """Values of each variable from the answers of cells, in that shape; as missing where a cell has none."""
+    found = {}
+    for name, out in outs.items():
+        none = out.none(())
+        values = [answer.get(name, none.item()) for answer in answers]
+        found[name] = np.array(values, dtype=str if none.dtype.kind == "U" else none.dtype).reshape(shape)
+    return found

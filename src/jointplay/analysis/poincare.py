@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING, Unpack
 import numpy as np
 
 from jointplay.analysis import rates, rules
-from jointplay.analysis.evaluate import beyond_the_model, dataset, joint_flags, scalars
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import OF_A_MODEL, beyond_the_model, joint_flags, run_values
 from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.analysis.keywords import Lasting, Moving, Names, analysis
-from jointplay.analysis.labels import coded, described
+from jointplay.analysis.labels import Out
 from jointplay.analysis.partial import evaluated
+from jointplay.analysis.period import period
 from jointplay.analysis.quantities import EVENTS, recorded
+from jointplay.display.number_text import plain
 from jointplay.solver.mechanism.base import Flag
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Section
@@ -27,11 +30,59 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ONCE_A_TURN = CrankAngle()
+TOLERANCE = 1e-4  # of a clearance, or of a coordinate's size: spread of section points that count as one
+ROUNDING = 1e-12
+
+
+def answer(dataset: xr.Dataset) -> str:
+    """Period of the section points, or that they show none."""
+    count, points = dataset.sizes["turn"], _points(dataset)
+    if points is None or count < 4:
+        return f"{count} section points"
+    found = period(points, TOLERANCE)
+    if not found:
+        return f"no period in {count} section points: a longer period, a transient, or no periodic motion"
+    spread = max(float(np.ptp(points[rest::found], axis=0).max()) for rest in range(found))
+    near = "rounding" if spread < ROUNDING else plain(spread, 1)
+    of = "of the clearance" if "journal_x" in dataset else "of each coordinate's size"
+    return f"period {found}: {count} section points, equal to {near} {of}"
+
+
+def _points(dataset: xr.Dataset) -> np.ndarray | None:
+    """Section points by coordinates: journals over their clearances, else states or speeds over sizes."""
+    if "clearance" in dataset and {"journal_x", "journal_y"} <= set(dataset.data_vars):
+        parts = [dataset[name].values / dataset["clearance"].values for name in ("journal_x", "journal_y")]
+        return np.hstack(parts)
+    name = next((name for name in ("state_value", "angular_velocity") if name in dataset), None)
+    if name is None:
+        return None
+    values = dataset[name].transpose("turn", ...).values
+    return values / np.maximum(np.nanmax(np.abs(values), axis=0, initial=0.0), 1e-300)
+
+
+OUTPUTS = Outputs(
+    "section",
+    {"turn": Out("turn", "section point", about="counted from 0")},
+    {"QUANTITY": Out("turn", "what `record` asks for", "")}
+    | OF_A_MODEL
+    | {
+        "followed": Out((), FOLLOWED, flags=WAYS),
+        "time": Out("turn", "time of the section point", "s"),
+        "section_joint": Out("turn", "joint of the point; -1: none"),
+        "section_event": Out("turn", "kind of event", flags=EVENTS),
+    },
+    answer,
+)
 
 
 @beside()
 @analysis(
-    rules.length_fits, rules.section_fits, rules.record_fits, ensemble_fits, deferred=[rules.start_fits]
+    rules.length_fits,
+    rules.section_fits,
+    rules.record_fits,
+    ensemble_fits,
+    deferred=[rules.start_fits],
+    outputs=OUTPUTS,
 )
 def poincare(
     mechanism: Moving,
@@ -57,12 +108,6 @@ def poincare(
     ensemble : bool, optional
         Whether to follow the motion as an ensemble does, beside those of other cells of a `[vary]`. If left
         out, there where sixteen or more go side by side and the structure allows it.
-
-    Returns
-    -------
-    xarray.Dataset
-        Quantities over ``turn`` (the section points, counted from 0), their ``time``, ``followed`` (in lanes
-        or one by one), and ``status``.
 
     Raises
     ------
@@ -94,15 +139,9 @@ def _dataset(
     """The dataset of the section points from a time on, every so many-th."""
     rows = records.sections[records.sections[:, 2] >= begin][::step]
     points = rates.quantities(model, rtol, records, rows[:, 2:])
-    variables = points.variables(names, "turn") | scalars(model, records)
-    variables["followed"] = coded((), records.way, FOLLOWED, WAYS)
-    variables |= described(
-        {
-            "time": ("turn", points.time, "s", "time of the section point"),
-            "section_joint": ("turn", rows[:, 0].astype(np.int16), "1", "joint of the point; -1: none"),
-        }
-    )
-    variables["section_joint"][2].update(joint_flags(model))
-    variables["section_event"] = coded("turn", rows[:, 1], "kind of event", EVENTS)
-    coords = described({"turn": ("turn", np.arange(len(rows)), "1", "section point")})
-    return dataset(model, variables, coords, "section", **beyond_the_model(points))
+    values = {"turn": np.arange(len(rows)), "time": points.time, "followed": records.way}
+    values |= {"section_joint": rows[:, 0].astype(np.int16), "section_event": rows[:, 1]}
+    groups, warning = {"QUANTITY": points.variables(names, "turn")}, beyond_the_model(points)
+    found = OUTPUTS.dataset(values | run_values(model, records), model=model, groups=groups, **warning)
+    found["section_joint"].attrs |= joint_flags(model)
+    return found

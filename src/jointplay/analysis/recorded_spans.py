@@ -6,18 +6,24 @@ both sides of every event, and at even times that depend on the spans alone, wit
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from jointplay.analysis.contacts import CONTACT, IMPACT, KIND, ROW, TIME
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.labels import described
+from jointplay.analysis.labels import Out
 from jointplay.analysis.quantities import WORDS
+from jointplay.display.number_text import plain
+from jointplay.display.units import measure
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import Mode
 from jointplay.solver.motion.trajectory import Records
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Spans = Sequence[tuple[float, float]]  # from, to, in s, ascending and apart
 COARSE, FINER = 720, 5  # even times in a turn, and how many times as many in short spans
@@ -25,6 +31,16 @@ MANY, MOST = 16_384, 2_000_000  # even times in all: beyond the first no finer o
 BLOCK = 100_000  # rows evaluated at once
 UNEVEN = 0.01  # of the longer of two intervals: a shorter one is not used for a parabola
 NORMAL, ACROSS, PINS = "normal_force", "tangential_force", "reaction"
+OUTS = {
+    "recorded_time": Out((), "time that counts and largest sizes are of", "s"),
+    "contacts_begun": Out((), "contacts begun in the recorded time"),
+    "contact_fraction": Out("joint", "share of the recorded time in contact"),
+    "LARGEST_QUANTITY": Out(
+        (),
+        "largest sizes of the forces that are recorded, as ``largest_force``, or of the first quantity",
+        "",
+    ),
+}
 
 
 def even_times(spans: Spans, period: float) -> np.ndarray | None:
@@ -69,17 +85,15 @@ def reached(spans: Spans, records: Records) -> Spans:
 
 
 def contacts(model: Model, records: Records, spans: Spans) -> dict[str, Any]:
-    """Variables of the spans' length, the contacts begun in them, and each joint's share of contact."""
+    """Values of the spans' length, the contacts begun in them, and each joint's share of contact."""
     rows, length = records.events, sum(b - a for a, b in spans)
     hits = rows[np.isin(rows[:, KIND], (CONTACT, IMPACT)), TIME]
-    table = {"recorded_time": ((), length, "s", "time that counts and largest sizes are of")}
+    values = {"recorded_time": length}
     if model.touching:
-        begun = np.int64(np.count_nonzero(_within(hits, spans)))
-        table["contacts_begun"] = ((), begun, "1", "contacts begun in the recorded time")
+        values["contacts_begun"] = np.int64(np.count_nonzero(_within(hits, spans)))
     if model.links and model.joints and length > 0:
-        share = sum(_touching(model, records, *span) for span in spans) / length
-        table["contact_fraction"] = ("joint", share, "1", "share of the recorded time in contact")
-    return described(table)
+        values["contact_fraction"] = sum(_touching(model, records, *span) for span in spans) / length
+    return values
 
 
 def _touching(model: Model, records: Records, begin: float, end: float) -> np.ndarray:
@@ -112,9 +126,8 @@ def largest(
             dims["force"] = dims[NORMAL]
         for name, size in sizes.items():
             tops[name] = np.fmax(tops.get(name, np.nan), np.apply_along_axis(_top, 0, size, times))
-    return described(
-        {f"largest_{name}": (dims[name], top, *_named(name)) for name, top in tops.items() if np.size(top)}
-    )
+    made = {name: Out(dims[name], *_named(name)).variable(top) for name, top in tops.items() if np.size(top)}
+    return {f"largest_{name}": each for name, each in made.items()}
 
 
 def _top(sizes: np.ndarray, times: np.ndarray) -> float:
@@ -136,8 +149,8 @@ def _top(sizes: np.ndarray, times: np.ndarray) -> float:
 
 def _named(name: str) -> tuple[str, str]:
     if name == "force":
-        return "N", "largest force at a joint with clearance, normal and tangential together"
-    return WORDS[name].units, f"largest size of {WORDS[name].long_name}"
+        return "largest force at a joint with clearance, normal and tangential together", "N"
+    return f"largest size of {WORDS[name].long_name}", WORDS[name].units
 
 
 def _blocks(own: np.ndarray, even: np.ndarray, spans: Spans) -> Iterator[tuple[slice, slice]]:
@@ -155,3 +168,57 @@ def _blocks(own: np.ndarray, even: np.ndarray, spans: Spans) -> Iterator[tuple[s
 def _within(times: np.ndarray, spans: Spans) -> np.ndarray:
     inside = [(a <= times) & (times <= b) for a, b in spans]
     return np.any([np.zeros(len(times), dtype=bool), *inside], axis=0)  # of no spans, none
+
+
+def answer(dataset: xr.Dataset) -> str:
+    """Largest force of each joint of a motion, and the rate and duration of contacts."""
+    lines = [line for line in (_forces(dataset) or _sizes(dataset), _contacts(dataset)) if line]
+    return "\n".join(lines) or f"{dataset.sizes['time']} samples over {measure(_span(dataset), 's')}"
+
+
+def _span(dataset: xr.Dataset) -> float:
+    times = dataset["time"].values
+    return float(times[-1] - times[0]) if len(times) else 0.0
+
+
+def _forces(dataset: xr.Dataset) -> str:
+    normal = "force" if "largest_force" in dataset else "normal_force"
+    found = []
+    for name, kind in ((normal, "contact"), ("reaction", "ideal joints")):
+        known = [text for text in _each(dataset, f"largest_{name}") if text]
+        found += [f"{kind} {', '.join(known)}"] if known else []
+    what = "normal forces" if "largest_normal_force" in dataset and normal != "force" else "forces"
+    return f"largest {what}: {'; '.join(found)}" if found else ""
+
+
+def _each(dataset: xr.Dataset, name: str) -> list[str]:
+    """The known values of a variable with their labels."""
+    if name not in dataset or dataset[name].ndim > 1:
+        return []
+    array = dataset[name]
+    units = str(array.attrs.get("units", "1"))
+    labels = array[array.dims[0]].values if array.ndim and array.dims[0] in array.coords else [""]
+    pairs = zip(labels, np.atleast_1d(array.values), strict=False)
+    return [f"{label} {measure(float(v), units, 3)}".strip() for label, v in pairs if np.isfinite(v)]
+
+
+def _sizes(dataset: xr.Dataset) -> str:
+    """Largest sizes of a quantity that is no force."""
+    names = [name for name in dataset.data_vars if str(name).startswith("largest_")]
+    each = next(filter(None, (_each(dataset, name) for name in names)), [])
+    text = str(dataset[names[0]].attrs.get("long_name", names[0])) if each else ""
+    return f"{text}: {', '.join(each)}" if each else ""
+
+
+def _contacts(dataset: xr.Dataset) -> str:
+    if "recorded_time" not in dataset:
+        return ""
+    parts, turns = [], float(dataset["recorded_time"]) / float(dataset.get("turn_period_nominal", math.nan))
+    if turns > 0 and "contacts_begun" in dataset:
+        parts.append(f"contacts begun per nominal turn: {plain(int(dataset['contacts_begun']) / turns, 3)}")
+    if "contact_fraction" in dataset:
+        loose = dataset["contact_fraction"].values
+        names = dataset["joint"].values
+        each = [f"{n} {plain(100 * s, 3)} %" for n, s in zip(names, loose, strict=True) if np.isfinite(s)]
+        parts += [f"in contact {', '.join(each)} of the time"] if each else []
+    return "; ".join(parts)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
@@ -11,22 +12,16 @@ import numpy as np
 from pydantic import AfterValidator
 
 from jointplay.analysis import rates, recorded_spans, rules
-from jointplay.analysis.evaluate import (
-    Quantities,
-    attributes,
-    beyond_the_model,
-    dataset,
-    joint_flags,
-    scalars,
-)
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import OF_A_MODEL, Quantities, beyond_the_model, joint_flags, run_values
 from jointplay.analysis.exponents.section_exponents import timeless
 from jointplay.analysis.keywords import Lasting, Moving, Names, analysis, listed
-from jointplay.analysis.labels import coded, described, labelled
+from jointplay.analysis.labels import Out
 from jointplay.analysis.orbits.orbit_request import start_fits
 from jointplay.analysis.partial import MOST, evaluated
-from jointplay.analysis.quantities import BALANCE, EVENTS, recorded
+from jointplay.analysis.quantities import BALANCE, EVENTS, WORDS, recorded
 from jointplay.analysis.starts import moved, placed, whole_names
-from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
+from jointplay.analysis.windows import BESIDE_WINDOWS, WINDOW, Windows, marked, sample_times
 from jointplay.display.errors import InputError, Problem, refuse
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Flag, Natural, NonNegative
@@ -38,7 +33,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SAMPLES_PER_TURN = 720
-END = "positions and speeds at the end, in rad, m, rad/s, m/s or a system's own units"
 WHOLE = 1e-9  # of a period of the forcing, up to which it is over
 
 
@@ -94,6 +88,32 @@ def _samples_fit(
         yield from rules.samples_fit(mechanism, turns, duration, samples_per_turn or SAMPLES_PER_TURN)
 
 
+SPEEDS = ("normal_velocity", "tangential_velocity")
+OUTPUTS = Outputs(
+    "response",
+    {"time": Out("time", "time", "s"), "state": Out("state", "state", "")},
+    {"QUANTITY": Out("time", "what `record` asks for", "")}
+    | recorded_spans.OUTS
+    | {
+        "event_time": Out("event", "time of the event", "s"),
+        "event_joint": Out("event", "joint of the event, counted from 0"),
+        "event_kind": Out("event", "kind of event", flags=EVENTS),
+        **{f"event_{name}": Out("event", WORDS[name].long_name, WORDS[name].units) for name in SPEEDS},
+        **OF_A_MODEL,
+        "section_time": Out("turn", "time of the section point", "s"),
+        "section_QUANTITY": Out("turn", "the same at section points", ""),
+        "end_state": Out(
+            "state",
+            "positions and speeds at the end, in rad, m, rad/s, m/s or a system's own units",
+            about="as `initial` takes it, over ``end`` where a system has outputs beside its states; NaN "
+            "where what starts there would go on otherwise, since time counts, or a switch is as none starts",
+        ),
+        "window": WINDOW,
+    },
+    recorded_spans.answer,
+)
+
+
 @analysis(
     _length_fits,
     *BESIDE_WINDOWS,
@@ -103,6 +123,7 @@ def _samples_fit(
     rules.section_fits,
     rules.record_fits,
     deferred=[start_fits],
+    outputs=OUTPUTS,
 )
 def simulate(
     mechanism: Moving,
@@ -116,6 +137,9 @@ def simulate(
     **motion: Unpack[Lasting],
 ) -> xr.Dataset:
     """Follow a motion and record its time histories.
+
+    Contacts and largest sizes are of the whole time after the transient, or of the windows, whatever is
+    sampled. Beyond 2700 turns largest sizes are left out, and where a long run was interrupted.
 
     Parameters
     ----------
@@ -136,18 +160,6 @@ def simulate(
         True: record at the integrator's own points instead, both sides of every event.
     section : Section, optional
         Where the motion is cut; the points are recorded beside the histories as ``section_…``.
-
-    Returns
-    -------
-    xarray.Dataset
-        Quantities over ``time``, events over ``event``, section points over ``turn``, ``end_state`` over
-        ``state``, or over ``end`` where a system has outputs beside its states (where the motion ends, as
-        `initial` takes it; NaN where one that starts there would go on otherwise, since time counts, or a
-        switch is as none starts), and ``status``. Of the
-        whole time after the transient, or of the windows, whatever is sampled: ``recorded_time`` (s),
-        ``contacts_begun``, ``contact_fraction`` of joints, and largest sizes of the forces that are recorded,
-        as ``largest_force`` (N; normal and tangential force together), or of the first quantity. Beyond 2700
-        turns these are left out, and where a long run was interrupted.
 
     Raises
     ------
@@ -189,20 +201,24 @@ def simulate(
     def labelled_every(records: Records, step: int) -> xr.Dataset:
         rows, parts = every_row[::step], []
         reached = recorded_spans.reached(spans, records)
-        stated = recorded_spans.contacts(model, records, reached)
         hurried = records.status == INTERRUPTED and len(records.samples) + len(records.steps) > MOST
         sought = even is not None and not hurried
         if sought:
             parts = [records.steps[recorded_spans.between(records.steps, model.period), 2:]]
             parts += [] if shared else [records.samples[~asked]]
         history, *looked = rates.together(model, motion["rtol"], records, rows, *parts)
-        variables = history.variables(names, "time")
+        groups = {"QUANTITY": history.variables(names, "time")}
         if sought:
             own, at_even = looked if len(looked) > 1 else (*looked, history)
-            known = variables if shared else None
-            stated |= recorded_spans.largest(own, at_even, sized, reached, known)
-        begun = begin if section else None
-        result = _dataset(model, motion["rtol"], records, history, names, variables | stated, begun)
+            known = groups["QUANTITY"] if shared else None
+            groups["LARGEST_QUANTITY"] = recorded_spans.largest(own, at_even, sized, reached, known)
+        values = {"time": history.time} | recorded_spans.contacts(model, records, reached)
+        if section:
+            points = records.sections[records.sections[:, 2] >= begin, 2:]
+            cut = rates.quantities(model, motion["rtol"], records, points)
+            values["section_time"] = cut.time
+            groups["section_QUANTITY"] = cut.variables(names, "turn", prefix="section_")
+        result = _dataset(model, records, history, values, groups)
         return result if number is None else marked(result, number[::step], windows, model.period)
 
     return evaluated(records, len(every_row), "time", labelled_every)
@@ -218,50 +234,32 @@ def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, per
 
 
 def _dataset(
-    model: Model,
-    rtol: float,
-    records: Records,
-    history: Quantities,
-    names: tuple[str, ...],
-    variables: dict[str, Any],
-    sections_from: float | None,
+    model: Model, records: Records, history: Quantities, values: dict[str, Any], groups: dict[str, Any]
 ) -> xr.Dataset:
-    variables |= _events(model, records) | scalars(model, records)
-    if sections_from is not None:
-        points = records.sections[records.sections[:, 2] >= sections_from, 2:]
-        cut = rates.quantities(model, rtol, records, points)
-        variables |= described({"section_time": ("turn", cut.time, "s", "time of the section point")})
-        variables |= cut.variables(names, "turn", prefix="section_")
-    whole = whole_names(model)
-    # outputs of a system stand beside its states
-    states = "state" if model.links or whole == model.states else "end"
-    variables |= labelled({"end_state": (end_state(model, records), "1", END)}, states)
-    coords = described({"time": ("time", history.time, "s", "time")})
-    if model.links or states == "end":
-        coords[states] = states, np.array(whole, dtype=str), {"long_name": "state"}
+    """The dataset of a motion; its end is along `state`, or `end` where outputs stand beside states."""
+    names, end = np.array(whole_names(model), dtype=str), end_state(model, records)
+    values |= _events(model, records) | run_values(model, records)
+    if model.links or tuple(names) == tuple(model.states):
+        values |= {"end_state": end, "state": names}
+    else:
+        groups["end_state"] = {"end_state": replace(OUTPUTS.variables["end_state"], dims="end").variable(end)}
+        groups["state"] = {"end": replace(OUTPUTS.coords["state"], dims="end").variable(names)}
     deepest = history if not len(records.samples) else Quantities(model, records.samples, records.start)
-    return dataset(model, variables, coords, "response", **beyond_the_model(deepest))
+    found = OUTPUTS.dataset(values, model=model, groups=groups, **beyond_the_model(deepest))
+    found["event_joint"].attrs |= joint_flags(model)
+    return found
 
 
 def _events(model: Model, records: Records) -> dict[str, Any]:
-    """Variables of the events: time, joint and kind, and the speeds at the contact of a linkage."""
+    """Time, joint and kind of the events, and the speeds at the contact of a linkage."""
     rows = records.events
-    joint, kinds = rows[:, 0].astype(np.int16), coded("event", rows[:, 1], "kind of event", EVENTS)
-    table = {
-        "event_time": (rows[:, 2], "s", "time of the event"),
-        "event_joint": (joint, "1", "joint of the event, counted from 0"),
-    }
-    variables = labelled(table, "event") | {"event_kind": kinds}
-    variables["event_joint"][2].update(joint_flags(model))
+    joint = rows[:, 0].astype(np.int16)
+    values = {"event_time": rows[:, 2], "event_joint": joint, "event_kind": rows[:, 1]}
     if model.links and model.joints:
-        speeds = Quantities(model, rows[:, 2:], records.start).variables(_SPEEDS, "event")
-        for name in _SPEEDS:
-            values = speeds[name][1][np.arange(len(joint)), joint] if len(joint) else np.zeros(0)
-            variables[f"event_{name}"] = ("event", values, attributes(name))
-    return variables
-
-
-_SPEEDS = ("normal_velocity", "tangential_velocity")
+        speeds = Quantities(model, rows[:, 2:], records.start).variables(SPEEDS, "event")
+        for name in SPEEDS:
+            values[f"event_{name}"] = speeds[name][1][np.arange(len(joint)), joint]
+    return values
 
 
 def end_state(model: Model, records: Records) -> np.ndarray:

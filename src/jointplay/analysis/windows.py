@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import AfterValidator
 
 from jointplay.analysis.keywords import listed
+from jointplay.analysis.labels import Out
 from jointplay.display.errors import Problem, refuse
 from jointplay.solver.mechanism.base import Number
 
@@ -43,6 +44,7 @@ def _not_beside(windows: Windows | None, **other: Any) -> Iterator[Problem]:
             yield Problem(key, given, f"either windows or {key} is accepted, not both")
 
 
+WINDOW = Out("time", "window of the sample, counted from 0")
 BESIDE_WINDOWS = (  # rules of which keywords of `simulate` are accepted beside windows
     _long_enough,
     lambda windows, duration: _not_beside(windows, duration=duration),
@@ -68,7 +70,5 @@ def marked(dataset: xr.Dataset, number: np.ndarray, windows: Windows, period: fl
     """
     times = dataset["event_time"].values
     inside = np.any([(a * period <= times) & (times <= b * period) for a, b in windows], axis=0)
-    named = {"units": "1", "long_name": "window of the sample, counted from 0"}
-    return dataset.isel(event=np.flatnonzero(inside)).assign(
-        window=("time", number[: dataset.sizes["time"]], named)
-    )
+    window = WINDOW.variable(number[: dataset.sizes["time"]])
+    return dataset.isel(event=np.flatnonzero(inside)).assign(window=window)

@@ -9,6 +9,7 @@ import sys
 from argparse import Action, ArgumentParser
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import NoReturn
 
 from jointplay.cli import results, studies, study_files
 from jointplay.cli.verb import DONE, FAILED, VERBS
@@ -20,8 +21,7 @@ WRONG_INPUT, INTERRUPTED = 2, 130
 COLLECTED = (
     1_000_000  # objects between collections; at Python's 700 a sixth of a short command's time goes there
 )
-WINGS = ("jointplay_lab", "jointplay_page")  # without which the suite does all else
-GROUPS = [module.__name__ for module in (studies, results, study_files)]
+GROUPS = {module.__name__: place for place, module in enumerate((studies, results, study_files))}
 
 
 @harmless_output()
@@ -62,11 +62,6 @@ def main(argv: list[str] | None = None) -> int:
         except MemoryError as error:
             print(f"not enough memory: {error}; ask for fewer turns, samples or cells", file=sys.stderr)
             return FAILED
-        except ModuleNotFoundError as error:
-            if (package := (error.name or "").partition(".")[0]) not in WINGS:
-                raise
-            print(f"not done: the package {package} is needed, and is not installed", file=sys.stderr)
-            return WRONG_INPUT
         except Exception:
             if pressed:  # the compiler turns an interrupt into errors of its own
                 return _interrupted()
@@ -158,18 +153,26 @@ class _Version(Action):
         parser.exit(message=f"jointplay {version('jointplay')}\n")
 
 
+class _Parser(ArgumentParser):
+    """The parser of all verbs; of one that it does not know, it says which verbs could not be loaded."""
+
+    def error(self, message: str) -> NoReturn:
+        lost = (f"not loaded: {point}: {why}" for point, why in VERBS.broken.items())
+        super().error("; ".join([message, *lost]))
+
+
 def build_parser() -> ArgumentParser:
     """Make the parser of all verbs."""
-    parser = ArgumentParser(prog="jointplay", description="Dynamics of linkages with play in their joints.")
+    parser = _Parser(prog="jointplay", description="Dynamics of linkages with play in their joints.")
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
     subparsers = parser.add_subparsers(title="verbs", required=True, metavar="VERB")
-    for name, row in sorted(VERBS.items(), key=lambda each: GROUPS.index(each[1].function.__module__)):
+    for row in sorted(VERBS.values(), key=lambda row: GROUPS.get(row.function.__module__, len(GROUPS))):
         text = row.function.__doc__ or ""
         own = subparsers.add_parser(
-            name,
+            row.name,
             help=text[0].lower() + text[1:].rstrip("."),
             description=text,
-            epilog=f"example: jointplay {name} {row.example}",
+            epilog=f"example: jointplay {row.name} {row.example}",
         )
         own.set_defaults(verb=row.function)
         for names, keywords in row.options:

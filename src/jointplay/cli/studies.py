@@ -15,7 +15,6 @@ from jointplay.cli.verb import (
     OUT,
     STUDY,
     changes,
-    folder,
     option,
     say,
     verb,
@@ -116,13 +115,12 @@ def assess_mechanism(arguments: Namespace) -> int:
     """Assess a linkage with clearance: a page on its forces, its contacts, and where its motion changes."""
     from jointplay.jobs.pool import Pool
     from jointplay.study.file import load
-    from jointplay.study.results.answers.assessment import page
 
     study = _doubted(load(arguments.study, arguments.set, kind="assess"))
     out = _free(study, arguments, fresh=arguments.fresh)
     pool = Pool.checked(arguments.jobs, "loky", None)
     outcome = _completed(study, out, pool, fresh=arguments.fresh)
-    say(page(outcome.dataset, arguments.study))
+    say(study.record.row.outputs.table(outcome.dataset, arguments.study))
     return _finished(outcome, study.record.figure, arguments.no_figure)
 
 
@@ -135,7 +133,7 @@ def _figure_of_run(dataset, options: dict) -> dict | None:
     if (whole := figures.of_sweep(dataset, options)) is None:
         say("figure  none of the whole sweep; one cell: jointplay.figure(jointplay.cell(result, ...))")
     elif not options.get("quantity"):
-        shown = figures.drawing.cell_quantity.usual(dataset).name
+        shown = figures.drawing.cell_quantity.usual(dataset)
         say(f"figure  {shown} of each cell; others by kind = 'sweep' and quantity in [figure]")
     return whole
 
@@ -172,29 +170,6 @@ def show_status(arguments: Namespace) -> int:
     for line in status(load(arguments.study, arguments.set), Path(arguments.out)):
         say(line)
     return DONE
-
-
-@verb(
-    "reproduce",
-    option("names", nargs="*", metavar="NAME", help="studies of studies/paper, such as fig05b; all if none"),
-    *(JOBS, folder("results/reproduced"), FRESH),
-    example="fig12c --jobs 1",
-)
-def reproduce_paper(arguments: Namespace) -> int:
-    """Compute and draw every figure of the paper, or the named ones, and grade its conclusions."""
-    from jointplay_lab.reproduce import reproduce
-
-    try:
-        outcomes = reproduce(arguments.names, arguments.jobs, arguments.out, fresh=arguments.fresh, say=say)
-    except KeyboardInterrupt:
-        kept = any(Path(arguments.out).glob("*.journal"))
-        again = "run the same command again to go on; finished cells are kept"
-        raise KeyboardInterrupt(*[again] * kept) from None
-    failed = [outcome for outcome in outcomes if outcome.failure]
-    print(f"{len(outcomes) - len(failed)} of {len(outcomes)} studies done; results in {arguments.out}")
-    for outcome in failed:
-        print(f"failed: {outcome.name}: {outcome.failure}", file=sys.stderr)
-    return FAILED if failed else DONE
 
 
 def loaded(arguments: Namespace):

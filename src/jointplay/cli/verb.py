@@ -2,8 +2,11 @@
 
 from argparse import Namespace
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
+
+from jointplay.solver.extensions import Table
 
 DONE, FAILED = 0, 1  # exit codes
 say = partial(print, flush=True)
@@ -11,22 +14,24 @@ say = partial(print, flush=True)
 Option = tuple[tuple[str, ...], dict[str, Any]]
 
 
-class Verb(NamedTuple):
+@dataclass(frozen=True)
+class Verb:
     """A verb: its function, its options as arguments of `add_argument`, and an example of them."""
 
+    name: str
     function: Callable[[Namespace], int]
     options: tuple[Option, ...]
     example: str
 
 
-VERBS: dict[str, Verb] = {}
+VERBS: Table[Verb] = Table("jointplay.verbs", Verb)
 
 
 def verb(name: str, *options: Option, example: str) -> Callable[[Callable], Callable]:
     """Make a function a verb; its docstring is the help."""
 
     def add(function: Callable[[Namespace], int]) -> Callable[[Namespace], int]:
-        VERBS[name] = Verb(function, options, example)
+        VERBS[name] = Verb(name, function, options, example)
         return function
 
     return add

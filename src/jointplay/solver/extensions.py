@@ -1,6 +1,6 @@
 """Tables of rows by name, to which other packages add by entry points.
 
-There are five: laws, frictions, mechanisms, kinds and figures. In a package's own `pyproject.toml`,
+There are six: laws, frictions, mechanisms, kinds, figures, verbs. In a package's own `pyproject.toml`,
 ``[project.entry-points."jointplay.laws"]`` and ``name = "module:object"`` publish a row under that name. The
 object may also be several rows, as a mapping by name or a tuple of rows that have names, or a module, which
 adds its rows itself when it is imported.

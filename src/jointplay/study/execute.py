@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jointplay.analysis.cells import Read, Work, in_memory
-from jointplay.analysis.labels import coded
+from jointplay.analysis.evaluate import RUN
 from jointplay.display.errors import InputError, Problem
 from jointplay.jobs import interrupts
 from jointplay.jobs.job import Entry, Job, part, redone
@@ -76,7 +76,7 @@ def writable(
     endings = [
         ".nc",
         *[".partial.nc"] * record.row.kept,
-        *[".txt"] * bool(record.row.table),
+        *[".txt"] * bool(record.row.outputs.table),
         *[".pdf", ".png"] * drawn,
     ]
     files = ["probe"] if share else [f"{name}{ending}" for ending in endings]
@@ -158,7 +158,7 @@ def complete(
 
 def _say_partial(dataset: xr.Dataset, path: Path, say: Callable[[str], None]) -> None:
     """Store the partial result of an interrupted run, and report its path."""
-    stored = dataset.assign(status=coded((), Status.INTERRUPTED))
+    stored = dataset.assign(status=RUN["status"].variable(Status.INTERRUPTED))
     say(f"partial  {store.write_partial(stored, path)}: what was computed up to here")
 
 

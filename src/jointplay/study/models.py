@@ -358,8 +358,8 @@ def _sweep_problems(
 ) -> Iterator[Problem]:
     """Problems of the options of a figure of all cells."""
     usual = figures.suited(row)[:1]
-    unnamed = not row.in_sweeps or any(figures.study_problems(kind, {"kind": kind}, asked) for kind in usual)
-    if not options.get("quantity") and unnamed:
+    misfits = (figures.study_problems(kind, {"kind": kind}, asked) for kind in usual)
+    if not options.get("quantity") and (not row.outputs.shown or any(misfits)):
         expected = f"the name of a variable is needed: a {row.name} has no usual number here"
         yield Problem("figure.quantity", options.get("quantity", NOTHING), expected)
     names = [*grid.dims, *(axis.name for axis in grid.axes if axis.name not in grid.dims)]

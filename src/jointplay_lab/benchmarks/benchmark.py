@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import astuple
 from typing import Unpack
 
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.keywords import Integration, Moving, Progress, analysis
-from jointplay.analysis.labels import number, outcome
+from jointplay.analysis.labels import Out, ended
 from jointplay.analysis.rules import steps
 from jointplay.display.errors import Problem
 from jointplay.solver.mechanism import catalog
@@ -23,6 +26,44 @@ ANSWERS: dict[str, Callable[[Mechanism, float, int, Progress], Answer]] = {
     "flores2010": flores2010.answer,
     "siconos_four_bar": siconos_four_bar.answer,
 }
+ROW = "{:<24} {:<8} {:>22} {:>22} {:>10} {:>10}"
+HEAD = ("quantity", "units", "computed", "published", "difference", "relative")
+
+
+def table(dataset: xr.Dataset) -> str:
+    """The quantities, computed and published, with their differences, as text."""
+    words = ("quantity", "quantity_units", "computed", "published", "difference", "relative_difference")
+    rows = zip(*(dataset[word].values for word in words), strict=True)
+    lines = (
+        ROW.format(*row[:2], *(f"{x:.15e}" for x in row[2:4]), *(f"{x:.1e}" for x in row[4:])) for row in rows
+    )
+    return "\n".join([ROW.format(*HEAD), *lines]) + "\n"
+
+
+def answer(dataset: xr.Dataset) -> str:
+    """The largest relative difference of a benchmark."""
+    off = dataset["relative_difference"].values
+    worst = dataset["quantity"].values[np.argmax(off)]
+    return f"all {off.size} published quantities to {off.max():.1e} or better (worst: {worst})"
+
+
+OUTPUTS = Outputs(
+    "benchmark",
+    {
+        "quantity": Out("quantity", "quantity", ""),
+        "quantity_units": Out("quantity", "units of the quantity", ""),
+    },
+    {
+        "computed": Out("quantity", "computed, in the units of quantity_units"),
+        "published": Out("quantity", "published, in the units of quantity_units"),
+        "difference": Out("quantity", "computed less published"),
+        "relative_difference": Out("quantity", "difference over the published value"),
+        "n_evaluations": Out((), "evaluations"),
+    }
+    | OUTCOME,
+    answer,
+    table=table,
+)
 
 
 def _published(mechanism: Mechanism | TestSystem) -> list[Problem]:
@@ -33,23 +74,14 @@ def _published(mechanism: Mechanism | TestSystem) -> list[Problem]:
     return [Problem("mechanism", mechanism, f"{known}, unchanged, is accepted: its answer is published")]
 
 
-@analysis(_published, usual={"rtol": 1e-12})
-def benchmark(
-    mechanism: Moving,
-    **motion: Unpack[Integration],
-) -> xr.Dataset:
+@analysis(_published, usual={"rtol": 1e-12}, outputs=OUTPUTS)
+def benchmark(mechanism: Moving, **motion: Unpack[Integration]) -> xr.Dataset:
     """Follow a published mechanism to where its answer is published, and compare.
 
     Parameters
     ----------
     mechanism : Mechanism
         `catalog.ivp_crank`, `catalog.flores2010` or `catalog.siconos_four_bar`, unchanged.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``quantity``: ``computed``, ``published`` and ``difference`` in the units of ``quantity_units``,
-        and ``relative_difference``; ``n_evaluations`` and ``status`` of the run.
 
     Raises
     ------
@@ -58,23 +90,10 @@ def benchmark(
     """
     began = time.perf_counter()
     found = ANSWERS[mechanism.name](mechanism, motion["rtol"], steps(motion["max_steps"]), motion["progress"])
-    computed, published = (
-        np.array([getattr(row, word) for row in found.rows]) for word in ("computed", "published")
-    )
-    table = {
-        "computed": number("quantity", computed, "1", "computed, in the units of quantity_units"),
-        "published": number("quantity", published, "1", "published, in the units of quantity_units"),
-        "difference": number("quantity", computed - published, "1", "computed less published"),
-        "relative_difference": number(
-            "quantity", np.abs(computed / published - 1), "1", "difference over the published value"
-        ),
-        "n_evaluations": number((), np.int64(found.counts["n_evaluations"]), "1", "evaluations"),
-    }
-    names = np.array([row.quantity for row in found.rows])
-    units = np.array([row.units for row in found.rows])
-    labels = {
-        "quantity": ("quantity", names, {"long_name": "quantity"}),
-        "quantity_units": ("quantity", units, {"long_name": "units of the quantity"}),
-    }
-    attributes = {"Conventions": "CF-1.11", "kind": "benchmark"}
-    return xr.Dataset(table | outcome(found.status, began), labels, attributes)
+    rows = np.array([astuple(row) for row in found.rows], dtype=object).T
+    names = ("quantity", "quantity_units", "computed", "published")
+    values = {name: np.array(column.tolist()) for name, column in zip(names, rows, strict=True)}
+    values["difference"] = values["computed"] - values["published"]
+    values["relative_difference"] = np.abs(values["computed"] / values["published"] - 1)
+    values["n_evaluations"] = np.int64(found.counts["n_evaluations"])
+    return OUTPUTS.dataset(values | ended(found.status, began))

@@ -10,7 +10,7 @@ undecided  all else.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ import numpy as np
 from jointplay.analysis.contacts import ROW, TIME, closed, counts
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.exponents.growth import Turn, measure, standard_error
-from jointplay.analysis.labels import coded, column, number
+from jointplay.analysis.labels import Out
 from jointplay.analysis.period import period
 from jointplay.analysis.rules import quantity
 from jointplay.solver.mechanism.assemble import assemble
@@ -27,6 +27,16 @@ from jointplay.solver.mechanism.records import CrankAngle, Mechanism
 from jointplay.solver.motion.trajectory import Records
 
 MOTIONS = ("undecided", "periodic", "chaotic")
+NUMBERS = {  # of a motion, by their names in the answers of `character`
+    "separations": Out((), "losses of contact in a turn"),
+    "impacts": Out((), "contacts begun in a turn"),
+    "contact_fraction": Out((), "fraction of time in contact"),
+    "extent": Out((), "largest extent of the section points over the clearance"),
+    "growth": Out((), "mean logarithm of the growth of a difference in a turn"),
+    "growth_standard_error": Out((), "standard error of the growth"),
+    "period": Out((), "period in turns; 0: none found, -1: not computed", missing=np.int32(-1)),
+    "motion": Out((), "what the motion is", flags=MOTIONS, missing="undecided"),
+}
 ERRORS = 3  # standard errors by which a growth must differ from 0
 TOLERANCE = 1e-4  # of the clearance: spread of section points that count as one
 RTOL = 1e-10
@@ -86,23 +96,6 @@ def character(
     growth = float(logs.mean()) if len(logs) else math.nan
     result = {"points": points, "period": turns_a_period, "growth": growth, "growth_standard_error": error}
     return contacts | result | {"motion": motion(turns_a_period, growth, error), "status": status}
-
-
-def variables(
-    answers: Sequence[Mapping[str, Any]],
-    dims: tuple[str, ...],
-    shape: tuple[int, ...],
-    numbers: Mapping[str, tuple[str, str]],
-) -> dict[str, Any]:
-    """Variables of the answers of `character` for each cell: `numbers` by units and text, period, motion."""
-    found = {
-        name: number(dims, column(answers, name, math.nan).reshape(shape), units, text)
-        for name, (units, text) in numbers.items()
-    }
-    text = "period in turns; 0: none found, -1: not computed"
-    found["period"] = number(dims, column(answers, "period", -1, np.int32).reshape(shape), "1", text)
-    motions = column(answers, "motion", 0).reshape(shape)
-    return found | {"motion": coded(dims, motions, "what the motion is", MOTIONS)}
 
 
 def motion(period: int, growth: float, error: float) -> int:

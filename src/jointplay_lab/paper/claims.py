@@ -28,49 +28,52 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from textwrap import wrap
 from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import handed_out, warm
+from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Integration, Moving, analysis, listed
-from jointplay.analysis.labels import coded, number
+from jointplay.analysis.labels import Out, along, columns
 from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.simulate import simulate
+from jointplay.display import codes
 from jointplay.display.number_text import plain
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Natural
 from jointplay.solver.mechanism.parts.beam import DampingRatio, modal
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism
-from jointplay_lab.paper.character import MOTIONS, character, variables
+from jointplay_lab.paper.character import MOTIONS, NUMBERS, character
 from jointplay_lab.paper.reading_list import PANELS
-from jointplay_lab.paper.readings import panel_coordinates, printed_fits
+from jointplay_lab.paper.readings import OF_PANEL, of_panels, printed_fits
 
 DAMPING_RATIOS = (0.0, 0.005, 0.01, 0.02, 0.05)
 JOINTS = ("ideal", "clearance")
 STEADY = {"a": 10, "b": 10, "c": 60}  # turns of the steady window: panel c's motion is irregular
 LAST = 50  # section points by which the ends of two starts are compared
 
-PEAKS = {  # over panel, joints, links and window
-    "peak_force": ("N", "largest force in joint B"),
-    "peak_coupler_acceleration": ("rad s-2", "largest angular acceleration of the coupler"),
-    "peak_crank_acceleration": ("rad s-2", "largest angular acceleration of the crank"),
-    "impacts": ("1", "contacts begun in a turn"),
-    "peak_deflection": ("m", "largest mid-point deflection of the coupler"),
-    "rms_deflection": ("m", "root mean square of the mid-point deflection of the coupler"),
-    "vibration": ("1", "fast part of the deflection over the whole"),
-    "irregularity": ("1", "change of the deflection from turn to turn over the whole"),
+PEAKS = {  # means over the turns of a window
+    "peak_force": Out((), "largest force in joint B", "N"),
+    "peak_coupler_acceleration": Out((), "largest angular acceleration of the coupler", "rad s-2"),
+    "peak_crank_acceleration": Out((), "largest angular acceleration of the crank", "rad s-2"),
+    "impacts": Out((), "contacts begun in a turn"),
+    "peak_deflection": Out((), "largest mid-point deflection of the coupler", "m"),
+    "rms_deflection": Out((), "root mean square of the mid-point deflection of the coupler", "m"),
+    "vibration": Out((), "fast part of the deflection over the whole"),
+    "irregularity": Out((), "change of the deflection from turn to turn over the whole"),
 }
-MOTION = {  # over panel and start
-    "separations": ("1", "losses of contact in a turn"),
-    "contact_fraction": ("1", "fraction of time in contact"),
-    "growth": ("1", "mean logarithm of the growth of a difference in a turn"),
-    "growth_standard_error": ("1", "standard error of the growth"),
+MEANS = {
+    name + end: replace(out, long_name=head + out.long_name)
+    for name, out in PEAKS.items()
+    for end, head in (("", ""), ("_error", "standard error: "))
 }
+MOTION = {name: out for name, out in NUMBERS.items() if name not in ("impacts", "extent")}
 GRADES = ("undecidable", "not", "partly", "reproduced")
 CLAIMS = {
     "peaks": "clearance raises the peaks of acceleration and joint force",
@@ -88,9 +91,65 @@ DROPPED = 100  # turns before the steady window: a slow swing of the contact's d
 INTERVAL = 1e-5  # s between samples: some 30 in one half-wave of the contact force
 WINDOWS = ("start_up", "steady")
 Pair = tuple[float, float]
+CASE, RUN = ("panel", "joints", "links"), ("panel", "start")
+STANDS = {"not": "not reproduced", "partly": "partly reproduced"}  # the other grades stand for themselves
+WIDTHS = (44, 12, 110)  # characters of conclusion, grade, evidence
 
 
-@analysis(printed_fits)
+def table(dataset: xr.Dataset) -> str:
+    """The paper's conclusions, their grades and the numbers behind these, as text in three columns."""
+    grades = codes.words(dataset["grade"]).values
+    rows = [("conclusion of the paper", "grade", "numbers"), tuple("-" * (width - 2) for width in WIDTHS)]
+    for number, claim in enumerate(dataset.claim.values):
+        one = dataset.sel(claim=claim)
+        rows.append((f"{number + 1} {one.claim_text.item()}", grades[number], str(one.evidence.item())))
+    return "".join(_lines(row) for row in rows)
+
+
+def _lines(row: tuple[str, ...]) -> str:
+    """A row of cells, each broken to the width of its column."""
+    cells = [wrap(text, width - 2) or [""] for text, width in zip(row, WIDTHS, strict=True)]
+    height = max(map(len, cells))
+    padded = [cell + [""] * (height - len(cell)) for cell in cells]
+    lines = zip(*padded, strict=True)
+    return "".join("".join(map(str.ljust, line, WIDTHS)).rstrip() + "\n" for line in lines)
+
+
+def answer(dataset: xr.Dataset) -> str:
+    """The number of the paper's conclusions with each grade."""
+    grades = np.array([STANDS.get(grade, grade) for grade in codes.words(dataset["grade"]).values])
+    return f"conclusions of the paper: {codes.counted(grades)}"
+
+
+OUTPUTS = Outputs(
+    "claims",
+    {
+        "panel": Out("panel", "panel of Figure 12", ""),
+        "joints": Out("joints", "joint B", ""),
+        "links": Out("links", "coupler", ""),
+        "window": Out("window", "turns looked at", ""),
+        "start": Out("start", "initial state", ""),
+        "claim": Out("claim", "conclusion of the paper", ""),
+        "damping_ratio": Out("links", "structural damping ratio of the coupler"),
+        "claim_text": Out("claim", "what the paper concludes", ""),
+    }
+    | OF_PANEL,
+    along(MEANS, *CASE, "window")
+    | {"peak_status": Out(CASE, "how the run ended", flags=STATUS)}
+    | along(MOTION, *RUN)
+    | {
+        "distance": Out(RUN, "farthest of the last section points from the first start's, over clearance"),
+        "motion_status": Out(RUN, "how the run ended", flags=STATUS),
+        "grade": Out("claim", "how the conclusion stands", flags=GRADES),
+        "evidence": Out("claim", "the numbers behind the grade", ""),
+        "status": Out((), "ok, or how the first run that failed ended", flags=STATUS),
+    },
+    answer,
+    table=table,
+)
+
+
+@analysis(printed_fits, outputs=OUTPUTS)
 def claims(
     mechanism: Moving | None = None,
     *,
@@ -102,6 +161,8 @@ def claims(
     **motion: Unpack[Integration],
 ) -> xr.Dataset:
     """Compute the evidence for the paper's conclusions, and grade them.
+
+    Peaks are means over the turns of a window, with standard errors, 0 for the single turn of start-up.
 
     Parameters
     ----------
@@ -116,20 +177,6 @@ def claims(
         Relative tolerance of a step of the time histories; the fourth conclusion's motions have their own.
     n_jobs
         As in `readings`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``claim``: ``grade`` (flags undecidable, not, partly, reproduced), ``evidence`` (text), and the
-        coordinate ``claim_text``. Over ``panel`` (a, b, c; coordinates ``clearance``, ``gear_ratio``),
-        ``joints`` (ideal, clearance), ``links`` (rigid, then elastic by ``damping_ratio``) and ``window``
-        (start_up, steady): ``peak_force`` (N), ``peak_coupler_acceleration``, ``peak_crank_acceleration``
-        (rad s-2), ``impacts``, ``peak_deflection``, ``rms_deflection`` (m), ``vibration``,
-        ``irregularity``: means over the turns of the window, each with its ``…_error``, the standard error
-        (0 for the single turn of start-up). Over ``panel`` and ``start``: ``separations``,
-        ``contact_fraction``, ``period``, ``growth``, ``growth_standard_error``, ``motion``, ``distance``
-        (of its last section points from those of the first start, over the clearance). ``status`` is ok if
-        every run was; ``peak_status`` and ``motion_status`` tell them apart.
 
     Raises
     ------
@@ -160,7 +207,7 @@ def claims(
     cells += [{"kind": "character", "keywords": one} for one in motions]
     answers = handed_out(cell, cells, motion["progress"], n_jobs)
     numbers = _peaks(answers[: len(histories)], ratios) | _motions(answers[len(histories) :])
-    return _finished(xr.Dataset(numbers, _coordinates(ratios)))
+    return _finished(OUTPUTS.dataset(numbers | _coordinates(ratios)))
 
 
 def cell(kind: str, keywords: dict[str, Any]) -> dict[str, Any]:
@@ -197,24 +244,21 @@ START_NAMES = ("ideal", "slower_crank", "faster_crank", "journal_aside")
 
 
 def _peaks(answers: list[dict[str, Any]], ratios: list[float]) -> dict[str, Any]:
-    dims, shape = ("panel", "joints", "links"), (len(PANELS), len(JOINTS), 1 + len(ratios))
-    missing, found = [(math.nan, math.nan)] * len(WINDOWS), {}
-    for name, (units, text) in PEAKS.items():
+    shape, found = (len(PANELS), len(JOINTS), 1 + len(ratios)), {}
+    missing = [(math.nan, math.nan)] * len(WINDOWS)
+    for name in PEAKS:
         rows = np.array([answer.get(name, missing) for answer in answers], dtype=float)
         values = rows.reshape(*shape, len(WINDOWS), 2)
-        found[name] = number((*dims, "window"), values[..., 0], units, text)
-        found[f"{name}_error"] = number((*dims, "window"), values[..., 1], units, f"standard error: {text}")
-    return found | {"peak_status": _status(answers, dims, shape)}
+        found |= {name: values[..., 0], f"{name}_error": values[..., 1]}
+    return found | {"peak_status": np.reshape([answer["status"] for answer in answers], shape)}
 
 
 def _motions(answers: list[dict[str, Any]]) -> dict[str, Any]:
-    dims, shape = ("panel", "start"), (len(PANELS), len(START_NAMES))
-    found = variables(answers, dims, shape, MOTION)
+    shape = (len(PANELS), len(START_NAMES))
     rows = [answers[i : i + shape[1]] for i in range(0, len(answers), shape[1])]
     distances = np.array([[_distance(row[0], one) for one in row] for row in rows])
-    text = "farthest of the last section points from the first start's, over clearance"
-    found["distance"] = number(dims, distances, "1", text)
-    return found | {"motion_status": _status(answers, dims, shape)}
+    statuses = np.reshape([answer["status"] for answer in answers], shape)
+    return columns(MOTION, answers, shape) | {"distance": distances, "motion_status": statuses}
 
 
 def _distance(first: dict[str, Any], other: dict[str, Any]) -> float:
@@ -225,35 +269,20 @@ def _distance(first: dict[str, Any], other: dict[str, Any]) -> float:
     return float(np.linalg.norm(a[:, None] - b[None], axis=-1).min(axis=1).max())
 
 
-def _status(answers: list[dict[str, Any]], dims: tuple[str, ...], shape: tuple[int, ...]) -> Any:
-    return coded(
-        dims, np.reshape([answer["status"] for answer in answers], shape), "how the run ended", STATUS
-    )
-
-
 def _coordinates(ratios: list[float]) -> dict[str, Any]:
     links = ["rigid", *(f"elastic {ratio:g}" for ratio in ratios)]
-    plain = {"panel": list(PANELS), "joints": list(JOINTS), "links": links, "window": list(WINDOWS)}
-    plain |= {"start": list(START_NAMES), "claim": list(CLAIMS)}
-    names = {"panel": "panel of Figure 12", "joints": "joint B", "links": "coupler"}
-    names |= {"window": "turns looked at", "start": "initial state", "claim": "conclusion of the paper"}
-    found: dict[str, Any] = {dim: (dim, values, {"long_name": names[dim]}) for dim, values in plain.items()}
-    text = "structural damping ratio of the coupler"
-    found["damping_ratio"] = number("links", [math.nan, *ratios], "1", text)
-    found["claim_text"] = ("claim", list(CLAIMS.values()), {"long_name": "what the paper concludes"})
-    return found | panel_coordinates(PANELS)
+    found = {"panel": list(PANELS), "joints": list(JOINTS), "links": links, "window": list(WINDOWS)}
+    found |= {"start": list(START_NAMES), "claim": list(CLAIMS), "claim_text": list(CLAIMS.values())}
+    return found | {"damping_ratio": [math.nan, *ratios]} | of_panels(PANELS)
 
 
 def _finished(numbers: xr.Dataset) -> xr.Dataset:
     """Add grades, evidence and an overall status."""
     grades, texts = zip(*(graded(claim, numbers) for claim in CLAIMS), strict=True)
     statuses = np.concatenate([numbers[f"{name}_status"].values.ravel() for name in ("peak", "motion")])
-    failed = [*statuses[statuses != 0], 0][0]
-    return numbers.assign(
-        grade=coded("claim", [GRADES.index(grade) for grade in grades], "how the conclusion stands", GRADES),
-        evidence=("claim", list(texts), {"long_name": "the numbers behind the grade"}),
-        status=coded((), failed, "ok, or how the first run that failed ended", STATUS),
-    ).assign_attrs(Conventions="CF-1.11", kind="claims")
+    values = {"grade": [GRADES.index(grade) for grade in grades], "evidence": list(texts)}
+    values["status"] = next(iter(statuses[statuses != 0]), 0)
+    return numbers.assign(OUTPUTS.variables_of(values)[0])
 
 
 @dataclass(frozen=True)

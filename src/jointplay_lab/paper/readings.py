@@ -7,26 +7,86 @@ reading changes one of them and leaves the others as printed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, Unpack
 
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.cells import handed_out, warm
+from jointplay.analysis.cells import first_bad, handed_out, warm
+from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Integration, Moving, analysis, listed
-from jointplay.analysis.labels import coded, column, number
+from jointplay.analysis.labels import Out, along, columns
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
+from jointplay.display import codes
 from jointplay.display.errors import InputError, Problem, unknown
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Natural, Positive, unit
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, MotorLine
-from jointplay_lab.paper.character import RTOL, TOLERANCE, variables
+from jointplay_lab.paper.character import NUMBERS, RTOL, TOLERANCE
 from jointplay_lab.paper.reading_list import PANELS, READINGS
 
 POINTS = 200  # section points kept for a small picture
+OVER = ("panel", "reading")
+OF_PANEL = {"clearance": Out("panel", "radial clearance", "m"), "gear_ratio": Out("panel", "gear ratio")}
+COLUMNS = {"separations": ".2f", "impacts": ".2f", "contact_fraction": ".4f", "extent": ".0e"}
+
+
+def answer(dataset: xr.Dataset) -> str:
+    """The motion of each panel, counted over the readings of the paper."""
+    motions = zip(dataset.panel.values, codes.words(dataset["motion"]).values, strict=True)
+    return "\n".join(f"panel {panel}, {row.size} readings: {codes.counted(row)}" for panel, row in motions)
+
+
+def table(dataset: xr.Dataset) -> str:
+    """Every panel of Figure 12 under every reading as text, one a line."""
+    head = ("panel", "reading", *COLUMNS, "period", "growth per turn", "motion")
+    motions = codes.words(dataset["motion"]).values
+    rows = [_reading(dataset.isel(panel=p, reading=r), motions[p, r]) for p, r in np.ndindex(motions.shape)]
+    both = (dataset.reading, dataset.reading_text)
+    texts = [f"{name.item():<32}{text.item()}" for name, text in zip(*both, strict=True)]
+    return "\n".join([_row(head), *map(_row, rows), "", *texts]) + "\n"
+
+
+def _row(words: tuple[str, ...]) -> str:
+    return "{:<7}{:<30}{:>12}{:>9}{:>18}{:>9}{:>8}  {:<18}{}".format(*words)
+
+
+def _reading(one: xr.Dataset, motion: str) -> tuple[str, ...]:
+    period = {0: "none", -1: "-"}.get(int(one.period), str(int(one.period)))
+    growth = f"{_number(one.growth, '+.3f')} ± {_number(one.growth_standard_error, '.3f')}"
+    numbers = (_number(one[name], form) for name, form in COLUMNS.items())
+    return one.panel.item(), one.reading.item(), *numbers, period, growth.replace("- ± -", "-"), motion
+
+
+def _number(value: xr.DataArray, form: str) -> str:
+    """A number as text, a dash where there is none."""
+    return format(float(value), form) if math.isfinite(value) else "-"
+
+
+OUTPUTS = Outputs(
+    "readings",
+    {
+        "panel": Out("panel", "panel of Figure 12", ""),
+        "reading": Out("reading", "reading of the paper", ""),
+        "reading_text": Out("reading", "what the reading means", ""),
+        "point": Out("point", "section point"),
+    }
+    | OF_PANEL,
+    along(NUMBERS, *OVER)
+    | {
+        "cell_status": Out(OVER, "how the run ended", flags=STATUS, missing="not_run"),
+        "status": Out((), "ok, or how the first cell that failed ended", flags=STATUS),
+        "trouble": Out(OVER, "what went wrong, where something did", "", missing=""),
+        "section_x": Out((*OVER, "point"), "journal centre over clearance at the section, x"),
+        "section_y": Out((*OVER, "point"), "journal centre over clearance at the section, y"),
+    },
+    answer,
+    table=table,
+)
 
 
 def printed_fits(mechanism: Any) -> list[Problem]:
@@ -60,7 +120,7 @@ def unknown_names(panels: Sequence[str], readings: Sequence[str]) -> list[Proble
     ]
 
 
-@analysis(printed_fits, unknown_names, usual={"rtol": RTOL})
+@analysis(printed_fits, unknown_names, usual={"rtol": RTOL}, outputs=OUTPUTS)
 def readings(
     mechanism: Moving | None = None,
     *,
@@ -74,6 +134,8 @@ def readings(
     **motion: Unpack[Integration],
 ) -> xr.Dataset:
     """Compute every panel of Figure 12 under every reading.
+
+    What a failed cell lacks is NaN, its period -1.
 
     Parameters
     ----------
@@ -91,16 +153,6 @@ def readings(
         Relative tolerance of a step; the growth is always followed at its own.
     n_jobs
         Worker processes; called with the fraction done.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``panel`` (with coordinates ``clearance`` in m, ``gear_ratio``) and ``reading`` (with
-        coordinate ``reading_text``): ``separations``, ``impacts`` (1 a turn), ``contact_fraction``,
-        ``period`` (turns; 0: none found), ``growth``, ``growth_standard_error`` (a turn), ``motion`` (flags
-        undecided, periodic, chaotic), ``cell_status``, ``trouble`` (text); and over ``point`` too
-        ``section_x``, ``section_y``: the last section points, the journal's centre over the clearance. What
-        a failed cell lacks is NaN, its period -1. ``status`` is ok if every cell is.
 
     Raises
     ------
@@ -140,30 +192,16 @@ def _scenes(cells: list[dict[str, Any]]):
             continue
 
 
-_NUMBERS = {
-    "separations": ("1", "losses of contact in a turn"),
-    "impacts": ("1", "contacts begun in a turn"),
-    "contact_fraction": ("1", "fraction of time in contact"),
-    "extent": ("1", "largest extent of the section points over the clearance"),
-    "growth": ("1", "mean logarithm of the growth of a difference in a turn"),
-    "growth_standard_error": ("1", "standard error of the growth"),
-}
-
-
 def _dataset(panels: list[str], names: list[str], answers: list[dict[str, Any]]) -> xr.Dataset:
-    shape, dims = (len(panels), len(names)), ("panel", "reading")
-    found = variables(answers, dims, shape, _NUMBERS)
-    codes = column(answers, "status", STATUS.index("not_run")).reshape(shape)
-    found["cell_status"] = coded(dims, codes, "how the run ended", STATUS)
-    failed = [*codes[codes != 0], 0][0]
-    found["status"] = coded((), failed, "ok, or how the first cell that failed ended", STATUS)
-    trouble = column(answers, "trouble", "", object).astype(str).reshape(shape)
-    found["trouble"] = (dims, trouble, {"long_name": "what went wrong, where something did"})
-    for axis, name in enumerate(("section_x", "section_y")):
-        cut = np.stack([_last_points(answer)[:, axis] for answer in answers]).reshape(*shape, POINTS)
-        text = f"journal centre over clearance at the section, {'xy'[axis]}"
-        found[name] = number((*dims, "point"), cut, "1", text)
-    return xr.Dataset(found, _coordinates(panels, names), {"Conventions": "CF-1.11", "kind": "readings"})
+    shape = (len(panels), len(names))
+    told = [answer | {"cell_status": answer["status"]} for answer in answers]
+    cells = {name: OUTPUTS.variables[name] for name in (*NUMBERS, "cell_status", "trouble")}
+    values = columns(cells, told, shape) | of_panels(panels)
+    values["status"] = first_bad(answers)
+    cut = np.stack([_last_points(answer) for answer in answers]).reshape(*shape, POINTS, 2)
+    values |= {"section_x": cut[..., 0], "section_y": cut[..., 1], "point": np.arange(POINTS)}
+    values |= {"panel": panels, "reading": names, "reading_text": [READINGS[name].text for name in names]}
+    return OUTPUTS.dataset(values)
 
 
 def _last_points(answer: dict[str, Any]) -> np.ndarray:
@@ -172,20 +210,6 @@ def _last_points(answer: dict[str, Any]) -> np.ndarray:
     return np.concatenate([np.full((POINTS - len(points), 2), np.nan), points])
 
 
-def _coordinates(panels: list[str], names: list[str]) -> dict[str, Any]:
-    texts = [READINGS[name].text for name in names]
-    return {
-        "panel": ("panel", panels, {"long_name": "panel of Figure 12"}),
-        "reading": ("reading", names, {"long_name": "reading of the paper"}),
-        "reading_text": ("reading", texts, {"long_name": "what the reading means"}),
-        "point": number("point", np.arange(POINTS), "1", "section point"),
-    } | panel_coordinates(panels)
-
-
-def panel_coordinates(panels: Iterable[str]) -> dict[str, Any]:
-    """Clearance and gear ratio of panels, as coordinates."""
-    clearances, ratios = zip(*(PANELS[panel] for panel in panels), strict=True)
-    return {
-        "clearance": number("panel", list(clearances), "m", "radial clearance"),
-        "gear_ratio": number("panel", list(ratios), "1", "gear ratio"),
-    }
+def of_panels(panels: Iterable[str]) -> dict[str, list[float]]:
+    """Clearance and gear ratio of panels: values of `OF_PANEL`."""
+    return dict(zip(OF_PANEL, map(list, zip(*(PANELS[panel] for panel in panels), strict=True)), strict=True))

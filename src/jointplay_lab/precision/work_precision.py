@@ -18,16 +18,18 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Annotated, Any, Unpack
+from typing import Annotated, Unpack
 
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Length, Motion, Moving, analysis
-from jointplay.analysis.labels import coded, number
+from jointplay.analysis.labels import Out
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import start_fits, steps
 from jointplay.display.errors import Problem
+from jointplay.display.number_text import plain
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Positive, unit
 from jointplay.solver.mechanism.model import Model
@@ -42,24 +44,57 @@ from jointplay_lab.precision.truth import AGREEMENT, CONFIRMED, Truth
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 ROUNDS, BUDGET, RTOL = 7, 60.0, 1e-13
 LEVELS = tuple(10.0**-k for k in range(4, 11))
-NUMBERS = {
-    "cpu_time": ("s", "CPU time of a turn, median"),
-    "cpu_time_spread": ("s", "CPU time of a turn, half the distance of its quartiles"),
-    "evaluations": ("1", "evaluations of the right-hand side in a turn"),
-    "steps": ("1", "steps in a turn, rejected ones among them if the method tells"),
-    "error": ("1", "largest error of a state at the end, in units of 1 rad and the nominal speed"),
-    "events": ("1", "events"),
-    "timed_runs": ("1", "runs that make the median; 0: the first run alone"),
-    "preparation": ("s", "CPU time that the method took to compile"),
-}
-CODES = {
-    "run_status": (STATUS, "how the run ended"),
-    "agreement": (AGREEMENT, "whether it met the truth's events and came near its state"),
-}
 NEXT = 3.0  # a run at the next tolerance may take so many times as long as the last
 SHORT = 0.01  # s: the first run after another method's tells what it left in the processor's caches
 FEWEST = 1e-4  # s: least cost of a round, beside the run itself
 EXPLICIT = ("DOP853",)
+
+
+def answer(dataset: xr.Dataset) -> str:
+    """The fastest solver at each error that two or more reach, and whether the truth is confirmed."""
+    lines = []
+    for level in dataset["error_level"].values:
+        times = dataset["cpu_time_at_error"].sel(error_level=level)
+        if np.count_nonzero(np.isfinite(times)) > 1:
+            best = int(np.nanargmin(times.values))
+            took = f"{plain(1e3 * float(times[best]), 3)} ms per turn"
+            lines.append(f"at an error of {plain(float(level), 1)}: {times['solver'].values[best]}, {took}")
+    by = dataset.attrs.get("truth_confirmed_by", "none")
+    confirmed = f"confirmed by {by}" if int(dataset["truth_confirmed"]) else "not confirmed"
+    return "\n".join([*lines[:2], f"the truth is {confirmed}"])
+
+
+RUN = ("solver", "rtol")
+RUNS = {
+    "cpu_time": Out(RUN, "CPU time of a turn, median", "s"),
+    "cpu_time_spread": Out(RUN, "CPU time of a turn, half the distance of its quartiles", "s"),
+    "evaluations": Out(RUN, "evaluations of the right-hand side in a turn"),
+    "steps": Out(RUN, "steps in a turn, rejected ones among them if the method tells"),
+    "error": Out(RUN, "largest error of a state at the end, in units of 1 rad and the nominal speed"),
+    "events": Out(RUN, "events"),
+    "timed_runs": Out(RUN, "runs that make the median; 0: the first run alone"),
+    "preparation": Out(RUN, "CPU time that the method took to compile", "s"),
+    "run_status": Out(RUN, "how the run ended", flags=STATUS),
+    "agreement": Out(RUN, "whether it met the truth's events and came near its state", flags=AGREEMENT),
+}
+OUTPUTS = Outputs(
+    "work_precision",
+    {
+        "solver": Out("solver", "solver", ""),
+        "rtol": Out("rtol", "relative tolerance"),
+        "error_level": Out("error_level", "error"),
+    },
+    RUNS
+    | {
+        "cpu_time_at_error": Out(("solver", "error_level"), "CPU time of a turn at an error reached", "s"),
+        "truth_own_difference": Out((), "difference of the truth from its run at ten times the tolerance"),
+        "truth_difference": Out((), "difference of the truth from the second method that comes closest"),
+        "truth_confirmed": Out((), "whether a second method confirms the truth"),
+        "truth_events": Out((), "events of the truth"),
+        "status": Out((), "how the run that is the truth ended", flags=STATUS),
+    },
+    answer,
+)
 
 
 def _linear_contact(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
@@ -70,7 +105,7 @@ def _linear_contact(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
             yield Problem(key, joint.contact.law, "'kelvin_voigt' is accepted")
 
 
-@analysis(unknown_peers, _linear_contact, start_fits, usual={"rtol": RTOL})
+@analysis(unknown_peers, _linear_contact, start_fits, usual={"rtol": RTOL}, outputs=OUTPUTS)
 def work_precision(
     mechanism: Moving,
     *,
@@ -102,16 +137,6 @@ def work_precision(
         Tolerance of the run that is taken as the truth.
     max_steps
         As in `simulate`; `max_steps` is of this package's runs.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``solver`` and ``rtol``: ``error`` (largest of a state at the end, in units of 1 rad and
-        the nominal speed), ``cpu_time`` of a turn (s, median) and ``cpu_time_spread``, ``evaluations`` and
-        ``steps`` of a turn, ``events``, ``run_status``, ``agreement`` (flags same, other_events,
-        other_state, no_end). Over ``error_level``: ``cpu_time_at_error``. Of the truth:
-        ``truth_difference`` to the second method that comes closest, ``truth_confirmed``,
-        ``truth_own_difference``, ``status``.
 
     Raises
     ------
@@ -155,30 +180,21 @@ def dataset(rows: Sequence[Row], truth: Truth, plan: Plan, turns: float, rtol: f
     """Put a comparison together."""
     methods = list(dict.fromkeys(row.method for row in rows))
     of = {name: [row for row in rows if row.method == name] for name in methods}
-    table, cells = ("solver", "rtol"), [[_values(row, turns) for row in of[name]] for name in methods]
-    values = {name: np.array([[one[name] for one in row] for row in cells]) for name in (*NUMBERS, *CODES)}
-    variables = {name: number(table, values[name], *about) for name, about in NUMBERS.items()}
-    variables |= {name: coded(table, values[name], text, words) for name, (words, text) in CODES.items()}
+    cells = [[_values(row, turns) for row in of[name]] for name in methods]
+    values = {name: np.array([[one[name] for one in row] for row in cells]) for name in RUNS}
     levels = [[time_at(of[method], level) / turns for level in LEVELS] for method in methods]
-    text = "CPU time of a turn at an error reached"
-    variables["cpu_time_at_error"] = number(("solver", "error_level"), np.array(levels), "s", text)
-    variables |= _of_truth(of, truth)
-    status = STATUS.index(truth.outcome.status)
-    variables["status"] = coded((), status, "how the run that is the truth ended", STATUS)
-    coordinates = {
-        "solver": ("solver", np.array(methods), {"long_name": "solver"}),
-        "rtol": number("rtol", np.array(plan.tolerances), "1", "relative tolerance"),
-        "error_level": number("error_level", np.array(LEVELS), "1", "error"),
+    values |= {
+        "solver": np.array(methods),
+        "rtol": np.array(plan.tolerances),
+        "error_level": np.array(LEVELS),
     }
-    attributes = {
-        "Conventions": "CF-1.11",
-        "kind": "work_precision",
-        "turns": turns,
-        "truth_tolerance": rtol,
-        "truth_confirmed_by": confirming(of)[0] or "none",
-        "not_installed": ", ".join(plan.absent) or "none",
-    }
-    return xr.Dataset(variables, coordinates, attributes)
+    values |= {"cpu_time_at_error": np.array(levels), "status": STATUS.index(truth.outcome.status)}
+    by, difference = confirming(of)
+    values |= {"truth_own_difference": truth.own_difference, "truth_difference": difference}
+    values["truth_confirmed"] = np.int8(difference <= CONFIRMED)
+    values["truth_events"] = np.int64(len(truth.outcome.events))
+    told = {"truth_confirmed_by": by or "none", "not_installed": ", ".join(plan.absent) or "none"}
+    return OUTPUTS.dataset(values, turns=turns, truth_tolerance=rtol, **told)
 
 
 def confirming(of: dict[str, list[Row]]) -> tuple[str, float]:
@@ -187,19 +203,6 @@ def confirming(of: dict[str, list[Row]]) -> tuple[str, float]:
     agreeing = [row for (row,) in filter(None, tightest) if row.agreement == "same" and row.method != OURS]
     best = min(agreeing, key=lambda row: row.error, default=None)
     return (best.method, best.error) if best else ("", math.nan)
-
-
-def _of_truth(of: dict[str, list[Row]], truth: Truth) -> dict[str, Any]:
-    _, difference = confirming(of)
-    own = "difference of the truth from its run at ten times the tolerance"
-    other = "difference of the truth from the second method that comes closest"
-    confirmed = np.int8(difference <= CONFIRMED)
-    return {
-        "truth_own_difference": number((), truth.own_difference, "1", own),
-        "truth_difference": number((), difference, "1", other),
-        "truth_confirmed": number((), confirmed, "1", "whether a second method confirms the truth"),
-        "truth_events": number((), np.int64(len(truth.outcome.events)), "1", "events of the truth"),
-    }
 
 
 @dataclass

@@ -20,13 +20,15 @@ import numpy as np
 import xarray as xr
 from pydantic import AfterValidator
 
+from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.keywords import Motion, Moving, Rtol, analysis, several
-from jointplay.analysis.labels import coded, number
+from jointplay.analysis.labels import Out, along
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import start_fits
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
 from jointplay.display.errors import InputError, refuse
+from jointplay.display.number_text import plain
 from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Natural, NonNegative, Positive, unit
@@ -43,44 +45,73 @@ WINDOWS = (1, 12, 48, 144)
 STEPS = (2.5e-5, 1e-5, 2.5e-6)
 TOLERANCES = (1e-4, 1e-6, 1e-8)
 START_TURNS, PASSES, TOLERANCE, REPEATS, RTOL = (0, 20), 30, 1e-4, 3, 1e-10
-VARIABLES = {  # by their dimensions beside the case: units and long names
+
+
+def answer(dataset: xr.Dataset) -> str:
+    """The number of cases in which the scheme's passes settle, and the errors of both methods."""
+    settles = dataset["converged"].any("windows_per_turn").values
+    errors = (np.nanmin(dataset[name].values) for name in ("scheme_error", "monolithic_error"))
+    scheme, ours = (plain(float(error), 2) for error in errors)
+    return (
+        f"the scheme's passes settle in {np.count_nonzero(settles)} of {settles.size} cases\n"
+        f"smallest error of a deflection: {scheme} by the scheme, {ours} with all unknowns at once"
+    )
+
+
+VARIABLES = {  # by their dimensions beside the case
     ("windows_per_turn", "pass"): {
-        "pass_change": ("1", "relative change from the pass before"),
-        "pass_deflection_error": ("1", "largest error of a deflection after a pass, relative to the largest"),
-        "pass_angle_error": ("rad", "largest error of a link angle after a pass"),
-        "pass_force_error": (
-            "1",
-            "error of the forces at ideal joints after a pass, root mean square, relative",
+        "pass_change": Out((), "relative change from the pass before", about="inf for the first"),
+        "pass_deflection_error": Out(
+            (), "largest error of a deflection after a pass, relative to the largest"
+        ),
+        "pass_angle_error": Out((), "largest error of a link angle after a pass", "rad"),
+        "pass_force_error": Out(
+            (), "error of the forces at ideal joints after a pass, root mean square, relative"
         ),
     },
     ("windows_per_turn",): {
-        "converged": ("1", "whether the passes agree in every window"),
-        "reached": ("1", "part of the turn up to the first window whose passes do not settle at all"),
-        "mean_passes": ("1", "passes done, mean of the windows"),
-        "contraction": ("1", "median ratio of successive changes"),
+        "converged": Out((), "whether the passes agree in every window"),
+        "reached": Out((), "part of the turn up to the first window whose passes do not settle at all"),
+        "mean_passes": Out((), "passes done, mean of the windows"),
+        "contraction": Out((), "median ratio of successive changes"),
     },
     ("step",): {
-        "scheme_error": ("1", "largest error of a deflection by the scheme, relative to the largest"),
-        "scheme_run_time": ("s", "run time of a turn by the scheme"),
+        "scheme_error": Out((), "largest error of a deflection by the scheme, relative to the largest"),
+        "scheme_run_time": Out((), "run time of a turn by the scheme", "s"),
     },
     ("tolerance",): {
-        "monolithic_error": ("1", "largest error of a deflection, all unknowns at once, relative"),
-        "monolithic_run_time": ("s", "run time of a turn, all unknowns at once"),
+        "monolithic_error": Out((), "largest error of a deflection, all unknowns at once, relative"),
+        "monolithic_run_time": Out((), "run time of a turn, all unknowns at once", "s"),
     },
     (): {
-        "windows_used": (
-            "1",
+        "windows_used": Out(
+            (),
             "windows per turn of the timed runs: the fewest tried, or if they fail those with fewest passes",
         ),
-        "order_difference": ("1", "largest difference of a deflection with all inertia terms, relative"),
-        "largest_deflection": ("m", "largest deflection of the turn"),
+        "order_difference": Out((), "largest difference of a deflection with all inertia terms, relative"),
+        "largest_deflection": Out((), "largest deflection of the turn", "m"),
     },
 }
+OUTPUTS = Outputs(
+    "scheme_comparison",
+    {
+        "case": Out("case", "case", ""),
+        "clearance": Out("case", "radial clearance of joint B", "m"),
+        "start_turn": Out("case", "nominal turns before the compared one"),
+        "windows_per_turn": Out("windows_per_turn", "windows that a turn is cut into"),
+        "pass": Out("pass", "pass over a window"),
+        "step": Out("step", "longest step of the scheme", "s"),
+        "tolerance": Out("tolerance", "relative tolerance of the monolithic method"),
+    },
+    {name: out for dims, outs in VARIABLES.items() for name, out in along(outs, "case", *dims).items()}
+    | {"status": Out((), "how the study ended", flags=STATUS)},
+    answer,
+)
 COMPARED = ("deflection", "angle", "reaction")
 MEASURES = (*COMPARED[:2], "force")
 
 
-@analysis(elastic_mechanism, start_fits, usual={"rtol": RTOL})
+@analysis(elastic_mechanism, start_fits, usual={"rtol": RTOL}, outputs=OUTPUTS)
 def scheme_comparison(
     mechanism: Moving,
     *,
@@ -95,6 +126,9 @@ def scheme_comparison(
     **motion: Unpack[Motion],
 ) -> xr.Dataset:
     """Measure the paper's scheme over single turns of a mechanism with elastic links.
+
+    A window that is done keeps the errors of its last pass, and all are inf from a pass on that grew beyond
+    measure. ``status`` is not_converged where no number of windows brings a case to the end of its turn.
 
     Parameters
     ----------
@@ -120,25 +154,6 @@ def scheme_comparison(
         Timed runs of each, the two methods in turn; the median counts.
     rtol : float
         Relative tolerance of the monolithic answer that is taken as the truth.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``case`` (its words; with ``clearance`` and ``start_turn``), ``windows_per_turn`` and ``pass``:
-        ``pass_deflection_error`` (largest of the turn, relative to the largest deflection),
-        ``pass_angle_error`` (largest, rad), ``pass_force_error`` (root mean square of the reactions at ideal
-        joints, relative to theirs), ``pass_change`` (from the pass before; inf for the first); a window that
-        is done keeps its last, and all are inf from a pass on that grew beyond measure.
-
-        Over ``case`` and ``windows_per_turn``: ``converged`` (the passes of every window agree), ``reached``
-        (part of the turn up to the first window whose passes do not settle at all, where the comparison
-        ends), ``mean_passes``, ``contraction`` (median ratio of successive changes).
-
-        Over ``case`` and ``step``: ``scheme_error`` (of the deflection), ``scheme_run_time`` (s), with
-        ``windows_used`` windows; over ``case`` and ``tolerance``: ``monolithic_error``,
-        ``monolithic_run_time``. Over ``case``: ``order_difference`` (of the deflection with all inertia
-        terms from that with the paper's, relative), ``largest_deflection`` (m). ``status`` is not_converged
-        where no number of windows brings a case to the end of its turn.
 
     Raises
     ------
@@ -166,7 +181,7 @@ def _compared(case: Case, plan: Plan) -> dict[str, Any]:
     used = plan.windows_per_turn[cheapest]
     found = {name: np.array([table[name] for table in tables]) for name in tables[0]}
     found |= _work(case, used, plan) | _orders(case, plan)
-    about = {"label": case.label, "clearance": case.clearance, "start_turn": case.turn}
+    about = {"case": case.label, "clearance": case.clearance, "start_turn": case.turn}
     return found | about | {"windows_used": used}
 
 
@@ -259,28 +274,13 @@ def _orders(case: Case, plan: Plan) -> dict[str, Any]:
 
 def _dataset(found: list[dict[str, Any]], plan: Plan) -> xr.Dataset:
     """Put the cases together."""
-    stacked = {name: np.array([each[name] for each in found]) for name in found[0]}
-    stacked["converged"] = stacked["converged"].astype(np.int8)
-    variables = {
-        name: number(("case", *dims), stacked[name], *about)
-        for dims, rows in VARIABLES.items()
-        for name, about in rows.items()
-    }
-    settled = np.any(stacked["reached"] == 1.0, axis=1)
-    status = STATUS.index("ok" if settled.all() else "not_converged")
-    variables["status"] = coded((), status, "how the study ended", STATUS)
-    windows, steps, tolerances = map(list, (plan.windows_per_turn, plan.steps, plan.tolerances))
-    coords = {
-        "case": ("case", stacked["label"], {"long_name": "case"}),
-        "clearance": number("case", stacked["clearance"], "m", "radial clearance of joint B"),
-        "start_turn": number("case", stacked["start_turn"], "1", "nominal turns before the compared one"),
-        "windows_per_turn": number("windows_per_turn", windows, "1", "windows that a turn is cut into"),
-        "pass": number("pass", np.arange(1, plan.passes + 1), "1", "pass over a window"),
-        "step": number("step", steps, "s", "longest step of the scheme"),
-        "tolerance": number("tolerance", tolerances, "1", "relative tolerance of the monolithic method"),
-    }
-    attributes = {"Conventions": "CF-1.11", "kind": "scheme_comparison", "pass_tolerance": plan.tolerance}
-    return xr.Dataset(variables, coords, attributes)
+    values = {name: np.array([each[name] for each in found]) for name in found[0]}
+    settled = np.any(values["reached"] == 1.0, axis=1)
+    values["converged"] = values["converged"].astype(np.int8)
+    values["status"] = STATUS.index("ok" if settled.all() else "not_converged")
+    values |= {"windows_per_turn": list(plan.windows_per_turn), "pass": np.arange(1, plan.passes + 1)}
+    values |= {"step": list(plan.steps), "tolerance": list(plan.tolerances)}
+    return OUTPUTS.dataset(values, pass_tolerance=plan.tolerance)
 
 
 @dataclass(frozen=True)

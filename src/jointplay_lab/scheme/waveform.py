@@ -22,9 +22,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.evaluate import attributes, dataset
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import RUN, attributes
 from jointplay.analysis.keywords import Moving, Progress, Start, analysis
-from jointplay.analysis.labels import coded, number
+from jointplay.analysis.labels import Out
 from jointplay.analysis.quantities import STATUS, recorded
 from jointplay.analysis.rules import start_fits
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
@@ -70,7 +71,28 @@ def elastic_mechanism(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
         yield Problem("mechanism", mechanism, text)
 
 
-@analysis(elastic_mechanism, start_fits)
+ONE = "in the turn, the largest of its windows"
+OUTPUTS = Outputs(
+    "waveform",
+    {"time": Out("time", "time", "s")},
+    {
+        "QUANTITY": Out("time", "what is usually recorded, up to the last window within measure", ""),
+        "passes": Out("turn", f"passes done {ONE}"),
+        "mean_passes": Out("turn", "passes done in the turn, mean of its windows"),
+        "last_change": Out("turn", f"relative change of the last pass {ONE}"),
+        "converged": Out("turn", "whether the passes of the turn agree"),
+        "change": Out(
+            ("turn", "pass"),
+            f"relative change from the pass before {ONE}",
+            about="a window that has converged keeps its last",
+        ),
+        "step": Out((), "step of the rigid passes and of the mode superposition", "s"),
+        **{name: RUN[name] for name in ("wall_time", "turn_period_nominal", "status")},
+    },
+)
+
+
+@analysis(elastic_mechanism, start_fits, outputs=OUTPUTS)
 def waveform(
     mechanism: Moving,
     *,
@@ -83,6 +105,9 @@ def waveform(
     progress: Progress = None,
 ) -> xr.Dataset:
     """Follow a motion by the paper's own scheme.
+
+    ``status`` is not_converged where a turn did not converge, diverged where a pass grew beyond measure,
+    which ends the run.
 
     Parameters
     ----------
@@ -104,15 +129,6 @@ def waveform(
     progress : callable, optional
         Called with the fraction done.
 
-    Returns
-    -------
-    xarray.Dataset
-        Quantities over ``time``, up to the last window that stayed within measure; over ``turn`` the
-        ``passes`` done (the most that a window of the turn took), the ``last_change`` and whether the turn is
-        ``converged``; over ``turn`` and ``pass`` the ``change`` from the pass before (largest of the turn's
-        windows; a window that has converged keeps its last); ``status`` not_converged where a turn did not
-        converge, diverged where a pass grew beyond measure, which ends the run.
-
     Raises
     ------
     InputError
@@ -128,12 +144,13 @@ def waveform(
             parts.append(visit.done.thinned(grid.every, first=not parts))
         if visit.last and progress is not None:
             progress((visit.window + 1) / windows)
-    wall_time, table = time.perf_counter() - began, _turns(changes, passes, windows_per_turn, tolerance)
-    variables = _history(mechanism, scheme, parts) | table
-    status = "ok" if np.all(table["converged"][1]) else "not_converged"
-    variables |= _scalars(model, grid, wall_time, status if len(parts) == windows else "diverged")
-    found = dataset(model, variables, {"time": variables.pop("time")}, "waveform")
-    return found.assign_attrs(windows_per_turn=windows_per_turn, tolerance=tolerance)
+    wall_time, values = time.perf_counter() - began, _turns(changes, passes, windows_per_turn, tolerance)
+    status = "ok" if np.all(values["converged"]) else "not_converged"
+    values["status"] = STATUS.index(status if len(parts) == windows else "diverged")
+    values |= {"step": grid.h, "wall_time": wall_time, "turn_period_nominal": model.period}
+    values["time"], histories = _histories(mechanism, scheme, parts)
+    groups, settings = {"QUANTITY": histories}, {"windows_per_turn": windows_per_turn, "tolerance": tolerance}
+    return OUTPUTS.dataset(values, model=model, groups=groups, **settings)
 
 
 def _turns(changes: list[list[float]], passes: int, windows: int, tolerance: float) -> dict[str, Any]:
@@ -143,19 +160,13 @@ def _turns(changes: list[list[float]], passes: int, windows: int, tolerance: flo
     missing = [passes - max(len(each), 1) for each in changes]
     held = [[math.nan, *c[1:]] + [end] * n for c, end, n in zip(changes, last, missing, strict=True)]
     settled = np.array(last).reshape(-1, windows).max(axis=1)
-    one = "in the turn, the largest of its windows"
     change, converged = np.array(held).reshape(-1, windows, passes).max(axis=1), settled <= tolerance
-    return {
-        "passes": number("turn", done.max(axis=1), "1", f"passes done {one}"),
-        "mean_passes": number("turn", done.mean(axis=1), "1", "passes done in the turn, mean of its windows"),
-        "last_change": number("turn", settled, "1", f"relative change of the last pass {one}"),
-        "converged": number("turn", converged.astype(np.int8), "1", "whether the passes of the turn agree"),
-        "change": number(("turn", "pass"), change, "1", f"relative change from the pass before {one}"),
-    }
+    found = {"passes": done.max(axis=1), "mean_passes": done.mean(axis=1), "last_change": settled}
+    return found | {"converged": converged.astype(np.int8), "change": change}
 
 
-def _history(mechanism: Mechanism, scheme: Scheme, parts: list[Pass]) -> dict[str, Any]:
-    """Quantities over time."""
+def _histories(mechanism: Mechanism, scheme: Scheme, parts: list[Pass]) -> tuple[np.ndarray, dict[str, Any]]:
+    """Times, and quantities over time."""
     model = scheme.model
     rows, loads, bent = (
         np.concatenate([getattr(part, name) for part in parts]) if parts else np.zeros((0, width))
@@ -168,14 +179,4 @@ def _history(mechanism: Mechanism, scheme: Scheme, parts: list[Pass]) -> dict[st
     names = [name for name in recorded(None, mechanism) if name != "deflection"]
     found = scheme.quantities(rows, loads).variables(names, "time")
     found["deflection"] = (("time", "link"), bent, attributes("deflection"))
-    return found | {"time": number("time", rows[:, 0], "s", "time")}
-
-
-def _scalars(model: Model, grid: Grid, wall_time: float, status: str) -> dict[str, Any]:
-    """Step, wall time, period and status of a run."""
-    return {
-        "step": number((), grid.h, "s", "step of the rigid passes and of the mode superposition"),
-        "wall_time": number((), wall_time, "s", "wall time of the run"),
-        "turn_period_nominal": number((), model.period, "s", "nominal period of the drive"),
-        "status": coded((), STATUS.index(status), "how the run ended", STATUS),
-    }
+    return rows[:, 0], found

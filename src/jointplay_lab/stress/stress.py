@@ -18,10 +18,12 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import handed_out, warm
+from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Integration, Moving, analysis, listed
-from jointplay.analysis.labels import coded, column, number
+from jointplay.analysis.labels import Out, along, columns
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.tangents import warm_tangents
+from jointplay.display import codes
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism import catalog
@@ -52,43 +54,109 @@ PATIENCE = 4  # steps that the second run may take, relative to the first's
 GROWING = 2  # likewise with differences, relative to that without
 TURNS, MAX_STEPS, LISTED = 2, 100_000, 10
 LOOKED = 500  # scenes that are looked through for structures to compile
-NUMBERS = {
-    "excess": ("1", "distance from what can be explained, over its bound"),
-    "disagreement": ("1", "largest difference from the tighter run, in units of the states' sizes"),
-    "growth": ("1", "largest growth of a small difference; NaN where it was not needed"),
-    "energy_residual": ("1", "energy unaccounted for, over what flowed"),
-    "tight_energy_residual": ("1", "energy unaccounted for in the tighter run, over what flowed"),
-    "turns": ("1", "nominal turns reached"),
-    "wall_time": ("s", "wall time of a nominal turn; NaN where none was reached"),
-    "cpu_time": ("s", "processor time of a nominal turn, free of what else runs; NaN where none was reached"),
-}
-COUNTS = COUNTERS | {"tight_n_steps": "accepted steps of the tighter run"}
-CODES = {
-    "verdict": (VERDICTS, "what the two runs say"),
-    "cause": (CAUSES, "what makes a scene suspect"),
-    "status": (STATUS, "how the run ended"),
-    "tight_status": (STATUS, "how the tighter run ended"),
+JUDGED = {  # in the answers of cells; a scene that crashed is suspect
+    "verdict": Out((), "what the two runs say", flags=VERDICTS, missing="suspect"),
+    "cause": Out((), "what makes a scene suspect", flags=CAUSES, missing="none"),
+    "scene_status": Out((), "how the run ended", flags=STATUS, missing="not_run"),
+    "tight_status": Out((), "how the tighter run ended", flags=STATUS, missing="not_run"),
+    "excess": Out((), "distance from what can be explained, over its bound"),
+    "disagreement": Out((), "largest difference from the tighter run, in units of the states' sizes"),
+    "growth": Out((), "largest growth of a small difference; NaN where it was not needed"),
+    "energy_residual": Out((), "energy unaccounted for, over what flowed"),
+    "tight_energy_residual": Out((), "energy unaccounted for in the tighter run, over what flowed"),
+    "turns": Out((), "nominal turns reached"),
+    "wall_time": Out((), "wall time of a nominal turn; NaN where none was reached", "s"),
+    "cpu_time": Out(
+        (), "processor time of a nominal turn, free of what else runs; NaN where none was reached", "s"
+    ),
+    **{name: Out((), text, missing=-1) for name, text in COUNTERS.items()},
+    "tight_n_steps": Out((), "accepted steps of the tighter run", missing=-1),
+    "trouble": Out((), "what went wrong, where something did", "", missing=""),
 }
 DRAWN = {
-    "stiffness": ("N m-1", "contact stiffness; of laws with a power that at a tenth of the clearance"),
-    "damping": ("N s m-1", "contact damping"),
-    "clearance": ("m", "radial clearance"),
-    "gear_ratio": ("1", "gear ratio"),
-    "friction": ("1", "friction coefficient"),
-    "stiffness_number": ("1", "radians of contact vibration in a nominal turn"),
+    "stiffness": Out((), "contact stiffness; of laws with a power that at a tenth of the clearance", "N m-1"),
+    "damping": Out((), "contact damping", "N s m-1"),
+    "clearance": Out((), "radial clearance", "m"),
+    "gear_ratio": Out((), "gear ratio"),
+    "friction": Out((), "friction coefficient"),
+    "stiffness_number": Out((), "radians of contact vibration in a nominal turn"),
 }
 WORDS = {
-    "variant": (tuple(VARIANTS), "what parts the scene has"),
-    "geometry": (GEOMETRIES, "where its links lie at the start"),
-    "start": (STARTS, "where its journal lies at the start"),
-    "contact_law": (tuple(LAWS), "law of contact of its joints with clearance"),
-    "friction_law": (("none", *FRICTIONS), "law of friction of its joints with clearance"),
+    "variant": Out((), "what parts the scene has", flags=tuple(VARIANTS)),
+    "geometry": Out((), "where its links lie at the start", flags=GEOMETRIES),
+    "start": Out((), "where its journal lies at the start", flags=STARTS),
+    "contact_law": Out((), "law of contact of its joints with clearance", flags=tuple(LAWS)),
+    "friction_law": Out((), "law of friction of its joints with clearance", flags=("none", *FRICTIONS)),
 }
+LISTS = {"slowest": "cpu_time", "worst": "excess"}  # by which scenes are listed
+ROW = "{:>8}  {:<12} {:<14} {:<19} {:<18} {:<7} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8}"
+HEAD = ("scene", "verdict", "status", "variant", "geometry", "start")
+HEAD += ("K (N/m)", "C (N s/m)", "differ", "growth", "energy", "ms per turn", "excess")
+CODES = ("verdict", "scene_status", "variant", "geometry", "start")
+FIGURES = ("stiffness", "damping", "disagreement", "growth", "energy_residual", "cpu_time", "excess")
+
+
+def answer(dataset: xr.Dataset) -> str:
+    """Counts of verdicts and statuses of a stress study, its slowest and its worst scenes."""
+    ok, times = dataset["scene_status"].values == 0, dataset["cpu_time"].values
+    median = float(np.nanmedian(times)) if np.isfinite(times).any() else np.nan
+    slow = int(np.count_nonzero(ok & (times > 100 * median)))
+    lines = [f"{dataset.sizes['scene']} scenes: {_counts(dataset['verdict'])}"]
+    lines.append(f"ended with {_counts(dataset['scene_status'])}")
+    lines.append(
+        f"processor time of a turn: median {1e3 * median:.3g} ms; {slow} that ended ok took over 100 times it"
+    )
+    for word in LISTS:
+        rows = (_row(dataset.sel(scene=number)) for number in dataset[word].values)
+        lines += ["", word, ROW.format(*HEAD), *rows]
+    return "\n".join(line.rstrip() for line in lines) + "\n"
+
+
+def table(dataset: xr.Dataset) -> str:
+    """The same, and a study file of each scene listed."""
+    listed = {
+        int(number): str(text)
+        for word in LISTS
+        for number, text in zip(dataset[word].values, dataset[f"{word}_lines"].values, strict=True)
+    }
+    files = (f"# {'-' * 30} scene-{number}.toml\n{text}" for number, text in listed.items())
+    return "\n".join([answer(dataset), *files])
+
+
+def _counts(array: xr.DataArray) -> str:
+    numbers = ((int(np.count_nonzero(array.values == i)), word) for i, word in codes.flags(array).items())
+    return ", ".join(f"{number} {word}" for number, word in numbers if number)
+
+
+def _row(one: xr.Dataset) -> str:
+    words = (codes.words(one[name]).item() for name in CODES)
+    scale = {"cpu_time": 1e3}
+    figures = (_figure(float(one[name]) * scale.get(name, 1.0)) for name in FIGURES)
+    return ROW.format(int(one["scene"]), *words, *figures)
+
+
+def _figure(value: float) -> str:
+    return f"{value:.1e}" if np.isfinite(value) else "-"
+
+
+OUTPUTS = Outputs(
+    "stress",
+    {"scene": Out("scene", "number of the scene")},
+    along(JUDGED | DRAWN | WORDS, "scene")
+    | {
+        f"{word}{end}": Out("rank", f"{what} of the {word} scenes", units)
+        for word in LISTS
+        for end, what, units in (("", "number", "1"), ("_lines", "study files", ""))
+    }
+    | {"status": Out((), "ok unless a scene crashed", flags=STATUS)},
+    answer,
+    table=table,
+)
 # Recorded by the study that runs a scene again
 RECORD = ("mode", "penetration", "normal_velocity", "tangential_velocity", "normal_force", "energy_residual")
 
 
-@analysis(not_drawable, unknown_variants, usual={"max_steps": MAX_STEPS})
+@analysis(not_drawable, unknown_variants, usual={"max_steps": MAX_STEPS}, outputs=OUTPUTS)
 def stress(
     mechanism: Moving | None = None,
     *,
@@ -123,15 +191,6 @@ def stress(
         How many of the slowest, and of the worst, are listed with the study lines that run them again.
     n_jobs
         As in `readings`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``scene``: ``verdict`` (flags ok, sensitive, stopped, unconfirmed, suspect: see
-        `jointplay_lab.stress.verdict`), ``cause`` and ``excess`` of a suspicion, ``disagreement``,
-        ``growth``, ``energy_residual``, ``scene_status``, ``tight_status``, counts, ``wall_time`` and
-        ``cpu_time`` of a turn (s), the numbers drawn. Over ``rank``: ``slowest``, ``worst`` and their study
-        lines. ``status`` is ok unless a scene crashed.
 
     Raises
     ------
@@ -207,41 +266,14 @@ def dataset(
 ) -> xr.Dataset:
     """Put a stress study together; `settings` are its cells' settings."""
     cases = [draw(printed, number, settings["seed"], settings["variants"]) for number in numbers]
-    found = _of_answers(answers) | _of_cases(cases)
-    found |= _listing("slowest", "cpu_time", cases, found, settings, listed)
-    found |= _listing("worst", "excess", cases, found, settings, listed)
+    answers = [answer | {"scene_status": answer["status"]} for answer in answers]
+    values = columns(JUDGED, answers) | columns(DRAWN, [_drawn(case) for case in cases])
+    values |= {name: [out.flags.index(getattr(case, name)) for case in cases] for name, out in WORDS.items()}
+    for word, key in LISTS.items():
+        values |= _listing(word, cases, values[key], settings, listed)
     lost = [STATUS.index(word) for word in ("bad_parameters", "crashed")]
-    crashed = [answer["status"] for answer in answers if answer["status"] in lost]
-    found["status"] = coded((), crashed[0] if crashed else 0, "ok unless a scene crashed", STATUS)
-    scene = number("scene", np.array(numbers), "1", "number of the scene")
-    attributes = {"Conventions": "CF-1.11", "kind": "stress", "seed": settings["seed"]}
-    return xr.Dataset(found, {"scene": scene}, attributes)
-
-
-def _of_answers(answers: list[dict[str, Any]]) -> dict[str, Any]:
-    suspect, not_run = VERDICTS.index("suspect"), STATUS.index("not_run")
-    found: dict[str, Any] = {}
-    for key, (meanings, text) in CODES.items():
-        missing = {"verdict": suspect, "tight_status": not_run}.get(key, 0)  # a scene that crashed is suspect
-        name = "scene_status" if key == "status" else key
-        found[name] = coded("scene", column(answers, key, missing), text, meanings)
-    for key, (units, text) in NUMBERS.items():
-        found[key] = number("scene", column(answers, key, math.nan), units, text)
-    for key, text in COUNTS.items():
-        found[key] = number("scene", column(answers, key, -1, np.int64), "1", text)
-    trouble = column(answers, "trouble", "", object).astype(str)
-    return found | {"trouble": ("scene", trouble, {"long_name": "what went wrong, where something did"})}
-
-
-def _of_cases(cases: list[Case]) -> dict[str, Any]:
-    rows = [_drawn(case) for case in cases]
-    found: dict[str, Any] = {
-        key: number("scene", column(rows, key, math.nan), units, text) for key, (units, text) in DRAWN.items()
-    }
-    for key, (meanings, text) in WORDS.items():
-        codes = [meanings.index(getattr(case, key)) for case in cases]
-        found[key] = coded("scene", codes, text, meanings)
-    return found
+    values["status"] = next((answer["status"] for answer in answers if answer["status"] in lost), 0)
+    return OUTPUTS.dataset(values | {"scene": np.array(numbers)}, seed=settings["seed"])
 
 
 def _drawn(case: Case) -> dict[str, float]:
@@ -265,18 +297,14 @@ def _drawn(case: Case) -> dict[str, float]:
 
 
 def _listing(
-    word: str, key: str, cases: list[Case], found: dict, settings: dict, listed: int
-) -> dict[str, Any]:
+    word: str, cases: list[Case], values: np.ndarray, settings: dict, listed: int
+) -> dict[str, np.ndarray]:
     """Scenes of the largest values, and their study files; one without a value is the worst, not slow."""
-    values = np.nan_to_num(found[key][1], nan=np.inf if word == "worst" else 0.0)
+    values = np.nan_to_num(values, nan=np.inf if word == "worst" else 0.0)
     order = np.argsort(-values, kind="stable")[:listed]
     shared = {name: settings[name] for name in ("seed", "turns", "rtol", "max_steps")}
     texts = np.array([study_text(cases[i], **shared) for i in order], dtype=object).astype(str)
-    numbers = np.array([cases[i].number for i in order])
-    return {
-        word: number("rank", numbers, "1", f"number of the {word} scenes"),
-        f"{word}_lines": ("rank", texts, {"long_name": f"study files of the {word} scenes"}),
-    }
+    return {word: np.array([cases[i].number for i in order]), f"{word}_lines": texts}
 
 
 def study_text(case: Case, seed: int, turns: int, rtol: float, max_steps: int) -> str:

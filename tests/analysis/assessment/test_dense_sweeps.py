@@ -25,11 +25,11 @@ import jointplay as jp
 from jointplay.analysis.assessment.assess import ACCURACY, REACH
 from jointplay.analysis.assessment.edges import CHAOTIC, HOW, Search
 from jointplay.analysis.assessment.edges import LONG as LONG_STEPS
+from jointplay.analysis.assessment.page import widths
 from jointplay.analysis.assessment.settled import CHANGES
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
 from jointplay.solver.mechanism.catalog import preset_parts
 from jointplay.solver.mechanism.catalog.preset_parts import fixed, on
-from jointplay.study.results.answers.assessment import widths
 
 MECHANISMS = {
     "four-bar, 0.029 mm, slow": lambda: jp.catalog.chunmei2002(clearance=2.9e-5, gear_ratio=15.0),

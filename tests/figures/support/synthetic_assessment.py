@@ -6,10 +6,10 @@ import numpy as np
 import xarray as xr
 
 import jointplay as jp
-from jointplay.analysis.assessment.assess import assembled
+from jointplay.analysis.assessment.assess import OUTPUTS, assembled
 from jointplay.analysis.assessment.edges import HOW
 from jointplay.analysis.assessment.forces import SHOWN
-from jointplay.analysis.labels import outcome
+from jointplay.analysis.labels import ended
 
 KEYS = ("joints.B.clearance", "gear_ratio")
 NAN = np.nan
@@ -59,6 +59,5 @@ def assessment(now=None, **changes) -> xr.Dataset:
     mechanism = jp.catalog.chunmei2002(clearance=2e-4, gear_ratio=3.0)
     now = now or motion(["B", "O", "A", "C"], 2.0, **(LOOSE | changes))
     made = assembled(mechanism, KEYS, [now, motion(["O", "A", "B", "C"]), *SIDES])
-    return made.assign(outcome(int(now["status"]), 0.0)).assign(
-        step=0.01, lasting_turns=400, lasting_share=0.01
-    )
+    told = {"step": 0.01, "lasting_turns": 400, "lasting_share": 0.01} | ended(int(now["status"]), 0.0)
+    return made.assign(OUTPUTS.variables_of(told)[0])

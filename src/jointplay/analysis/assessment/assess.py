@@ -18,6 +18,7 @@ from pydantic import Field
 from jointplay.analysis import rules
 from jointplay.analysis.assessment.edges import HOW, SIDES, Search, edges
 from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN, WORK, forces
+from jointplay.analysis.assessment.page import answer, page
 from jointplay.analysis.assessment.settled import CHANGES, LASTING, plan
 from jointplay.analysis.cells import first_bad, handed_out, warm
 from jointplay.analysis.declared import Outputs
@@ -116,6 +117,8 @@ OUTPUTS = Outputs(
         "status": Out((), "how it ended", flags=STATUS),
         "wall_time": RUN["wall_time"],
     },
+    answer,
+    table=page,
 )
 Answer = Mapping[str, Any]
 

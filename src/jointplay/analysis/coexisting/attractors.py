@@ -30,7 +30,6 @@ from jointplay.analysis.coexisting.identity import EVENTS, Change, identities
 from jointplay.analysis.coexisting.region import Region, one_parameter, region_fits
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
-from jointplay.analysis.exponents import section_exponents
 from jointplay.analysis.keywords import JointName, Moving, Names, Settling, analysis
 from jointplay.analysis.labels import PLANE, Out, ended
 from jointplay.analysis.period import REPEATS
@@ -38,10 +37,9 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.basin_uncertainty import wilson
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.states.start_plane import section_of
-from jointplay.analysis.sweeps import gather
+from jointplay.analysis.sweeps import gather, points
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.bifurcation import Over, lanes_fit, names, record_fits
-from jointplay.analysis.sweeps.chains import numbered
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.vary import Axis, at_largest, checked_axes, largest
 from jointplay.display import codes
@@ -111,7 +109,7 @@ def _motion(result: xr.Dataset, name: str, n: int, there: np.ndarray) -> str:
 HERE = (PLANE, "identity")
 OUTPUTS = Outputs(
     "attractors",
-    {},
+    {"identity": Out("identity", "number of the motion")} | points.NUMBERS,
     {
         "period": Out(HERE, "period in turns; 0: none found; -1: not there"),
         "count": Out(HERE, "starts that reach the motion"),
@@ -255,7 +253,7 @@ def attractors(
     cells = [shared | {"changes": changes[i], "motion": motions[i][n], "plan": plan} for i, n in places]
     answers = handed_out(passes.described, cells, tell[2], n_jobs, lasting="motion", ready=ready)
     table = _Table(axis, motions, numbers, apart, seeded, starts)
-    found = table.dataset({(i, numbers[i][n]): a for (i, n), a in zip(places, answers, strict=True)}, plan)
+    found = table.dataset({(i, numbers[i][n]): a for (i, n), a in zip(places, answers, strict=True)})
     values = table.fractions() | table.changes(events)
     if bifurcations:
         following, branches = _followed(shared, axis, motions, numbers, max_steps, n_jobs)
@@ -289,10 +287,10 @@ class _Table:
     @property
     def coordinates(self) -> dict[str, Any]:
         """Values of the parameter, and numbers of the motions."""
-        own = numbered("identity", self.shape[1], "number of the motion", 1)
-        return {self.axis.name: self.axis.coordinate} | own
+        own = OUTPUTS.coords["identity"].variable(np.arange(1, 1 + self.shape[1]))
+        return {self.axis.name: self.axis.coordinate, "identity": own}
 
-    def dataset(self, answers: Mapping[tuple[int, int], Entry], plan: Plan) -> xr.Dataset:
+    def dataset(self, answers: Mapping[tuple[int, int], Entry]) -> xr.Dataset:
         """Dataset of the motions, by value and identity."""
         absent = {"status": NOT_RUN, "trouble": ""}
         places = [(i, n + 1) for i, n in np.ndindex(self.shape)]
@@ -303,11 +301,7 @@ class _Table:
         found["attractor_status"].attrs["long_name"] = (
             "how the motion's description ended; not_run: not there"
         )
-        counts = numbered("point", plan.keep, "section point")
-        counts |= numbered("exponent", plan.exponents, "number of the exponent", 1)
-        counts |= numbered("multiplier", found.sizes.get("multiplier", 0), section_exponents.NUMBER, 1)
-        found.attrs.pop("swept")
-        return found.assign_coords({dim: each for dim, each in counts.items() if dim in found.dims})
+        return points.counted(found)
 
     def fractions(self) -> dict[str, Any]:
         """Periods of motions, and fractions of the starts: of those of a value that could start."""

@@ -25,13 +25,12 @@ from jointplay.analysis.curves.labelled import Branches, key_of, labels_fit, sta
 from jointplay.analysis.curves.tracing import BIFURCATIONS, FOLLOWED, KINDS, Curves, starts_of
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Moving, Settling, Small, analysis, several
-from jointplay.analysis.labels import Out, ended
+from jointplay.analysis.labels import Out, along, ended, units
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.branch import WHY
 from jointplay.analysis.orbits.branch_dataset import coordinate_outs, end_outs, grazed_outs, told
 from jointplay.analysis.orbits.continuation import STEP, Explorer
 from jointplay.analysis.orbits.family import Family, Point
-from jointplay.analysis.orbits.orbit_dataset import along
 from jointplay.analysis.orbits.orbit_request import (
     Range,
     Tolerance,
@@ -269,7 +268,7 @@ def curve(
     values, groups = curve_dataset.values_of(curves, family, both, orbit, requested.phase)
     stopped = "interrupted" in (*ends, *(end for each in curves for end in each.branch.ends))
     values |= ended(INTERRUPTED if stopped else orbit.status, began)
-    of = orbit_dataset.units(isinstance(mechanism, Mechanism))
+    of = units(isinstance(mechanism, Mechanism))
     names = " ".join(axis.name for axis in both)
     found = OUTPUTS.dataset(values, of, orbit.map.model, groups=groups, parameters=names)
     return told(found, orbit.map.model)

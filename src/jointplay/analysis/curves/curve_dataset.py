@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.curves.tracing import FOLLOWED, Curve, whole
-from jointplay.analysis.labels import number
+from jointplay.analysis.labels import Out
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.branch_dataset import coordinates, ends, filled, grazed, place
 from jointplay.analysis.orbits.branch_points import Special
@@ -60,7 +60,7 @@ def values_of(
     for axis in axes:
         slope, text = f"{axis.name}_tangent", f"derivative of the {axis.long_name} along the curve"
         along[axis.name] = (DIMS, stacked[axis.name], axis.attributes)
-        along[slope] = number(DIMS, stacked[slope], axis.units, text)
+        along[slope] = Out(DIMS, text, axis.units).variable(stacked[slope])
     values |= orbit_dataset.coordinates(orbit.map) | coordinates(table, "curve")
     values |= ends([curve.branch for curve in curves], "curve")
     values |= grazed("curve", [curve.event for curve in curves])
@@ -86,9 +86,9 @@ def _meetings(curves: Sequence[Curve], family: Family, axes: Sequence[Axis]) -> 
     places = np.array([family.parameter(special.q) for _, special in found]).reshape(-1, 2)
     widths, there = np.array([special.width for _, special in found], dtype=float), {}
     for axis, values, span in zip(axes, places.T, family.high - family.low, strict=True):
-        name, close = f"meeting_{axis.name}", "how closely that is enclosed"
-        there[name] = number("meeting", values, axis.units, f"{axis.long_name} there")
-        there[f"{name}_accuracy"] = number("meeting", widths * span, axis.units, close)
+        name, close = f"meeting_{axis.name}", Out("meeting", "how closely that is enclosed", axis.units)
+        there[name] = Out("meeting", f"{axis.long_name} there", axis.units).variable(values)
+        there[f"{name}_accuracy"] = close.variable(widths * span)
     kinds = [MEETINGS.index(_kind(curves[n], special)) for n, special in found]
     return {
         "meeting_curve": np.array([n for n, _ in found], dtype=np.int16),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities, joint_flags
-from jointplay.analysis.labels import Out, number
+from jointplay.analysis.labels import Out
 from jointplay.analysis.orbits import branch_tangents, orbit_dataset
 from jointplay.analysis.orbits.branch import ENDS, WHY, Branch
 from jointplay.analysis.orbits.branch_points import KINDS, Special
@@ -155,7 +155,7 @@ def values_of(
     values |= _specials(branches, family, passages.phase)
     values |= {name: stacked[name] for name in ("section_jump", "section_event")}
     values |= orbit_dataset.coordinates(map_) | coordinates(table, "branch")
-    slope = number(DIMS, stacked[f"{axis.name}_tangent"], axis.units, sloped(axis.long_name))
+    slope = Out(DIMS, sloped(axis.long_name), axis.units).variable(stacked[f"{axis.name}_tangent"])
     groups = {
         "QUANTITY": _quantities(table, size, [*names, *(f"{name}_tangent" for name in names)]),
         "PARAMETER_tangent": {f"{axis.name}_tangent": slope},

@@ -20,7 +20,7 @@ import numpy as np
 
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Moving, Names, Settling, Small, Text, analysis
-from jointplay.analysis.labels import Out, ended
+from jointplay.analysis.labels import Out, along, ended, units
 from jointplay.analysis.orbits import branch_dataset, branch_tangents, orbit_dataset
 from jointplay.analysis.orbits.arclength import first
 from jointplay.analysis.orbits.branch import WHY, Branch, Tracer
@@ -34,7 +34,6 @@ from jointplay.analysis.orbits.branch_dataset import (
 )
 from jointplay.analysis.orbits.branch_points import KINDS, Special, departures
 from jointplay.analysis.orbits.family import Family, Point
-from jointplay.analysis.orbits.orbit_dataset import along
 from jointplay.analysis.orbits.orbit_request import ORBIT, Range, Tolerance, branch_fits
 from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL
@@ -221,7 +220,7 @@ def continuation(
     values, groups = branch_dataset.values_of(branches, family, axis, passages, names)
     stopped = any("interrupted" in branch.ends for branch in branches)
     values |= ended(INTERRUPTED if stopped else orbit.status, began)
-    of = {"units": axis.units} | orbit_dataset.units(isinstance(mechanism, Mechanism))
+    of = {"units": axis.units} | units(isinstance(mechanism, Mechanism))
     found = OUTPUTS.dataset(values, of, requested.model, groups=groups, parameter=axis.name)
     return told(found, requested.model)
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -44,16 +42,6 @@ COORDS = {
     "state": Out("state", "state"),
 }
 SOUGHT = {"status": Out((), "how the search ended", flags=STATUS), "wall_time": RUN["wall_time"]}
-
-
-def along(outs: Mapping[str, Out], *dims: str) -> dict[str, Out]:
-    """The same variables, along further dimensions."""
-    return {name: replace(out, dims=(*dims, *out.axes)) for name, out in outs.items()}
-
-
-def units(linkage: bool) -> dict[str, str]:
-    """Units of lengths and speeds: a test system's have none."""
-    return {"length": "m", "speed": "m s-1"} if linkage else {"length": "1", "speed": "1"}
 
 
 def history(

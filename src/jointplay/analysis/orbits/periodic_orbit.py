@@ -18,7 +18,7 @@ import numpy as np
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, RUN, Quantities, joint_flags
 from jointplay.analysis.keywords import Moving, Names, Settling, analysis
-from jointplay.analysis.labels import Out, ended
+from jointplay.analysis.labels import Out, ended, units
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.orbit_request import ORBIT, Tolerance
 from jointplay.analysis.orbits.orbit_search import Search, at_phase, search
@@ -157,7 +157,7 @@ def periodic_orbit(
         sharp = orbit_dataset.history(*given, sharp=True) if needed(model, quantities) else rows
         history = Quantities(model, rows, rows[:1].ravel(), sharp).variables(quantities, "time")
         values["time"] = rows[:, 0] - there.begin
-    of = orbit_dataset.units(isinstance(mechanism, Mechanism))
+    of = units(isinstance(mechanism, Mechanism))
     found = OUTPUTS.dataset(values, of=of, model=model, groups={"QUANTITY": history})
     found["event_joint"].attrs |= joint_flags(orbit.map.model)
     return found

@@ -23,7 +23,7 @@ from jointplay.analysis.exponents.frame_growth import Stretch, followed_together
 from jointplay.analysis.period import REPEATS, period
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import End, crank_place, moved, placed, state_names
-from jointplay.analysis.sweeps.points import LABELLED
+from jointplay.analysis.sweeps.points import EXPONENTS, LABELLED
 from jointplay.analysis.tangents import scales
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
@@ -37,14 +37,6 @@ SPREAD = 1000  # times rtol: what they spread over at most; more than TOLERANCE 
 ALIGN = 20  # turns in which the tangents find their directions
 UNKNOWN = -1  # a period that could not be looked for
 ROW = contacts.ROW
-OF_FLOW = (
-    *("lyapunov_exponent", "lyapunov_standard_error"),
-    *("lyapunov_exponent_per_turn", "lyapunov_standard_error_per_turn"),
-)
-OF_SECTION = (
-    *("section_exponent_per_turn", "section_standard_error_per_turn"),
-    "section_batch_correlation",
-)
 
 
 @dataclass(frozen=True)
@@ -245,7 +237,6 @@ def _exponents(mechanism: Mechanism | TestSystem, result: Mapping[str, Any], pla
     if run.status:
         return done | {"status": run.status, "trouble": f"{STATUS[run.status]} while exponents were measured"}
     measured = run.leading(count)
-    exponents = {name: (("exponent",), measured[name]) for name in OF_FLOW}
-    exponents |= {name: (("multiplier",), measured[name]) for name in OF_SECTION}
+    exponents = {name: (out.axes, measured[name]) for name, out in EXPONENTS.items()}
     exponents["exponents_followed"] = ((), np.int8(run.way))
     return done | {"values": result["values"] | exponents}

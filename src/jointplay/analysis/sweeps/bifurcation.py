@@ -14,22 +14,28 @@ slowly than the turns dropped shows as no period.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
 
+import numpy as np
 from pydantic import BeforeValidator
 
 from jointplay.analysis.cells import Read, answered
-from jointplay.analysis.exponents import section_exponents
+from jointplay.analysis.declared import Outputs
+from jointplay.analysis.exponents.batch_means import CHAOTIC, FOLLOWING, decided
 from jointplay.analysis.keywords import Moving, Names, Settling, Starts, analysis, as_list, as_several
+from jointplay.analysis.labels import PLANE, Out, along
 from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rules import assembled_at, each_alike, quantity
 from jointplay.analysis.starts import placed
-from jointplay.analysis.sweeps import gather
+from jointplay.analysis.sweeps import chains, gather, points, quarters, stretches
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
-from jointplay.analysis.sweeps.chains import DIRECTIONS, Sweep, numbered
+from jointplay.analysis.sweeps.chains import DIRECTIONS, Sweep
 from jointplay.analysis.sweeps.refine import adaptive, refine_fits
 from jointplay.analysis.vary import at_largest, axes, checked_axes, largest
 from jointplay.display.errors import InputError, Problem
+from jointplay.display.number_text import plain
+from jointplay.display.units import measure
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, NonNegative, Positive, accepts, unit
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
@@ -45,6 +51,101 @@ USUAL = (
 ONCE_A_TURN = CrankAngle()
 TURNS, LYAPUNOV_TURNS, KEEP = 300, 200, 100
 CONTRAST = 0.5  # per turn: a map of it shows less as one colour
+LASTS = 0.01  # share of a parameter over which the end of chaos lasts; what is narrower is a window
+
+
+def motions(dataset: xr.Dataset) -> xr.DataArray:
+    """Of each point its period; without one ``chaotic``, if the exponent says so by its error."""
+    from xarray import where
+
+    period = dataset["period"]
+    none = where(period == 0, "no period found", "not known")
+    if "section_exponent_per_turn" in dataset or "lyapunov_exponent_per_turn" in dataset:
+        word, dim = (
+            ("section", "multiplier") if "section_exponent_per_turn" in dataset else ("lyapunov", "exponent")
+        )
+        value, error = (
+            dataset[f"{word}_{each}_per_turn"].isel({dim: 0}) for each in ("exponent", "standard_error")
+        )
+        sure = decided(value, error) == CHAOTIC
+        if "section_batch_correlation" in dataset:
+            sure &= ~(dataset["section_batch_correlation"].isel(multiplier=0) > FOLLOWING)
+        none = where((period == 0) & sure, CHAOTIC, none)
+    known = [f"period {n}" if n > 0 else "" for n in range(int(max(period.max(), 0)) + 1)]
+    named = period.copy(data=np.array(known)[np.maximum(period.values, 0)])
+    words = where(period > 0, named, none)
+    return where(dataset["cell_status"] == 0, words, stretches.FAILED)
+
+
+def answer(dataset: xr.Dataset) -> str:
+    """Settled motions over the parameter, direction by direction where they differ."""
+    if "period" not in dataset:
+        every = [str(dim) for dim in dataset["cell_status"].dims if dim not in ("start", "direction")]
+        return "\n".join(stretches.failures(dataset, every))
+    return "\n".join([*_told(dataset), *_saved(dataset)])
+
+
+def _saved(dataset: xr.Dataset) -> list[str]:
+    """Line on the values that an adaptive map computed, and the rest."""
+    if "computed" not in dataset:
+        return []
+    done, size = int(dataset["computed"].sum()), dataset["computed"].size
+    share = plain(100 * done / size, 3)
+    return [f"{done} of {size} values computed ({share} %); the nearest of these stand for the others"]
+
+
+def _told(dataset: xr.Dataset) -> list[str]:
+    """Lines on the motions of all points."""
+    words = motions(dataset)
+    beside = [dim for dim in ("start", "direction") if dim in words.dims]
+    dims = [str(dim) for dim in words.dims if dim not in beside]
+    lines = stretches.failures(dataset, dims)
+    stacked = words.transpose(*beside, *dims).values.reshape(-1, *(dataset.sizes[dim] for dim in dims))
+    names = _ways(words, beside)
+    axes = [dataset[dim] for dim in dims]
+    if all(np.array_equal(stacked[0], other) for other in stacked[1:]):
+        return [*lines, stretches.told(stacked[0], axes), *_windows(stacked[0], axes)]
+    for name, each in zip(names, stacked, strict=True):
+        lines += [f"{name}: {line}" for line in (stretches.told(each, axes), *_windows(each, axes))]
+    if (differ := _differ(stacked)).any():
+        at = f"at {np.count_nonzero(differ)} of {differ.size} values{stretches.places(differ, axes)}"
+        lines.append(f"motions coexist {at}")
+    return lines
+
+
+def _windows(words: np.ndarray, axes: Sequence[xr.DataArray]) -> list[str]:
+    """A line on the stretches in chaos, along one parameter, that are too narrow to be an end of it."""
+    if len(axes) != 1 or not np.issubdtype(axes[0].dtype, np.number):
+        return []
+    chaos, values = np.flatnonzero(words == CHAOTIC), axes[0].values
+    units = str(axes[0].attrs.get("units", "1"))
+    pairs = [(a, b) for a, b in pairwise(chaos) if b > a + 1 and stretches.FAILED not in words[a + 1 : b]]
+    narrow = [(a, b) for a, b in pairs if abs(values[b] - values[a]) <= LASTS * abs(values[a])]
+    each = []
+    for a, b in narrow[: stretches.NAMED]:
+        ends = " to ".join(measure(values[i], units, 5) for i in (a, b))
+        each.append(f"{ends} ({', '.join(sorted({*words[a + 1 : b]}))})")
+    more = f" and {len(narrow) - len(each)} more" if len(narrow) > len(each) else ""
+    what = f"windows in chaos, no end of it, which would last {plain(100 * LASTS, 2)} %"
+    return [f"{what}: {', '.join(each)}{more}"] if each else []
+
+
+def _differ(words: np.ndarray) -> np.ndarray:
+    """Mask of places at which two sweeps, along the first axis, have different motions, both known."""
+    known = (words == CHAOTIC) | np.char.startswith(words, "period ")
+    pairs = combinations(range(len(words)), 2)
+    apart = ((words[a] != words[b]) & known[a] & known[b] for a, b in pairs)
+    return np.logical_or.reduce([*apart, np.zeros(words.shape[1:], dtype=bool)])
+
+
+def _ways(words: xr.DataArray, beside: Sequence[str]) -> list[str]:
+    """Names of the sweeps along directions and starts."""
+    names = [""]
+    for dim in beside:
+        labels = words[dim].values if dim in words.coords else range(words.sizes[dim])
+        named = [str(label) if dim == "direction" else f"start {label}" for label in labels]
+        names = [f"{name} {each}".strip() for name in names for each in named]
+    return names
 
 
 def _each_once(given: Any) -> Any:
@@ -106,6 +207,18 @@ def lanes_fit(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: float
     return ensemble_fits(varied, ensemble, rtol)
 
 
+EACH = (PLANE, "direction")  # and start, where there are several
+OUTPUTS = Outputs(
+    "bifurcation",
+    {"direction": chains.DIRECTION} | points.NUMBERS,
+    {"QUANTITY": Out((*EACH, "point"), "what `record` asks for at the last section points", "", "else NaN")}
+    | along(points.OUTS | gather.OF_CELL, *EACH)
+    | quarters.OUTS
+    | {"period_tolerance": Out((), "spread of section points that count as one"), "status": gather.ENDED},
+    answer,
+)
+
+
 @analysis(
     _over_fits,
     each_alike,
@@ -118,6 +231,7 @@ def lanes_fit(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: float
     lanes_fit,
     varied=at_largest,
     usual={"rtol": RTOL},
+    outputs=OUTPUTS,
 )
 def bifurcation(
     mechanism: Moving,
@@ -139,6 +253,11 @@ def bifurcation(
     **motion: Unpack[Settling],
 ) -> xr.Dataset:
     """Describe the motions that a mechanism settles to, over one parameter or two.
+
+    The result is over the varied parameters, each under the last part of its key, ``direction``, and
+    ``start`` where there are several. A point that failed has NaN, its status and a reason; the next one of
+    an up or down sweep then starts from the last good end. What is over ``joint`` is of a test system one
+    number, over all its contacts. Grazing shows as a smallest impact speed or missed gap near 0.
 
     Parameters
     ----------
@@ -192,23 +311,6 @@ def bifurcation(
         Worker processes, 2 if left out. Sweeps up and down run one point after another, so that there are as
         many cells as directions, starts and values of the other parameter. The result does not depend on it.
 
-    Returns
-    -------
-    xarray.Dataset
-        Over the varied parameters, each under the last part of its key, ``direction``, and ``start`` where
-        there are several: the recorded quantities over ``point`` (stored section points; NaN where there were
-        fewer); ``period`` in section points (turns, where the section is a crank angle; 0: none found within
-        ``period_tolerance``, -1: not known); ``impacts`` and ``separations`` a turn, ``contact_fraction``,
-        ``smallest_impact_speed`` and ``smallest_missed_gap`` (grazing shows as either near 0) over ``joint``,
-        of a test system over all its contacts; ``mode_word`` (see `contacts.words`); ``end_state`` over
-        ``state``; ``lyapunov_exponent`` and ``lyapunov_standard_error`` (1/s and per turn) over ``exponent``,
-        ``section_exponent_per_turn`` and its standard error (see `lyapunov`) over ``multiplier``;
-        ``followed`` (in lanes or one by one), with exponents ``exponents_followed``; ``cell_status``,
-        ``trouble`` and ``n_steps``; with `refine`, ``computed`` (1, or 0 where the nearest computed corner of
-        the point's box stands for it, with all of its values) and ``refinement_level``; and ``status``, the
-        first that is not ok. A point that failed has NaN, its status and a reason; the next one of an up or
-        down sweep then starts from the last good end.
-
     Raises
     ------
     InputError
@@ -252,12 +354,6 @@ def names(record: Sequence[str] | None, mechanism: Mechanism | TestSystem) -> tu
 
 def assembled(sweep: Sweep, keys: Sequence[str], read: Read) -> xr.Dataset:
     """Make the dataset of `bifurcation` of the answers of its points, each under the key of one."""
-    result = gather.dataset("bifurcation", sweep, keys, read)
-    spread = {"units": "1", "long_name": "spread of section points that count as one"}
-    result["period_tolerance"] = ((), float(sweep.plan.spread), spread)
-    counts = numbered("point", sweep.plan.keep, "section point")
-    counts |= numbered("exponent", sweep.plan.exponents, "number of the exponent", 1)
-    counts |= numbered("multiplier", result.sizes.get("multiplier", 0), section_exponents.NUMBER, 1)
-    result = result.assign_coords({dim: each for dim, each in counts.items() if dim in result.dims})
-    result.attrs.pop("swept")
+    variables, _ = OUTPUTS.variables_of({"period_tolerance": float(sweep.plan.spread)})
+    result = points.counted(gather.dataset("bifurcation", sweep, keys, read).assign(variables))
     return result if len(sweep.starts) > 1 else result.isel(start=0, drop=True)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.cells import Work, guarded
+from jointplay.analysis.labels import Out
 from jointplay.analysis.starts import End, same_states
 from jointplay.analysis.sweeps.attractor import Plan, settle, settle_together
 from jointplay.analysis.sweeps.points import labelled
@@ -25,13 +26,10 @@ from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.ensemble_runs import FEWEST, in_lanes
 
 DIRECTIONS = ("up", "down", "reset")
+DIRECTION = Out("direction", "direction of the sweep", "")
+START = Out("start", "number of the start")
 BLOCK, TOGETHER = 8, 32  # points of a reset sweep in one cell, one by one or as an ensemble
 ABREAST = 16  # chains that share the lanes of an ensemble, at most
-
-
-def numbered(dim: str, count: int, name: str, first: int = 0) -> dict[str, Any]:
-    """A coordinate of consecutive numbers."""
-    return {dim: (dim, np.arange(first, first + count), {"units": "1", "long_name": name})}
 
 
 @dataclass(frozen=True)
@@ -57,9 +55,9 @@ class Sweep:
     @property
     def coordinates(self) -> dict[str, Any]:
         """Coordinates of the grid."""
-        directions = ("direction", np.array(self.directions), {"long_name": "direction of the sweep"})
         varied = {each.name: (each.name, np.array(each.values), each.attributes) for each in self.axes}
-        return varied | {"direction": directions} | numbered("start", len(self.starts), "number of the start")
+        own = {"direction": DIRECTION.variable(np.array(self.directions))}
+        return varied | own | {"start": START.variable(np.arange(len(self.starts)))}
 
     @cached_property
     def chains(self) -> list[tuple[Chain, list[tuple[int, ...]]]]:

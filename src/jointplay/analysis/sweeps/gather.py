@@ -16,7 +16,8 @@ import xarray as xr
 
 from jointplay.analysis.cells import Read
 from jointplay.analysis.evaluate import on_joints
-from jointplay.analysis.labels import coded
+from jointplay.analysis.labels import Out, along
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.sweeps.survey import Survey
 from jointplay.display.errors import NOTHING, InputError, Problem
 from jointplay.jobs.columns import Field, Form, Plain, shared, thawed
@@ -26,6 +27,11 @@ from jointplay.solver.mechanism.signature import checked
 
 Parts = tuple[tuple[str, ...], np.ndarray, dict[str, Any]]
 OWN = "cell_"
+ENDED = Out((), "how the sweep ended", flags=STATUS)
+OF_CELL = {
+    "cell_status": Out((), "how the cell ended", flags=STATUS),
+    "trouble": Out((), "what went wrong"),
+}
 
 
 class Grid(Protocol):
@@ -183,12 +189,9 @@ class _Stack:
     def _ends(self) -> dict[str, Any]:
         """Status of the sweep and of each cell."""
         status, trouble = self.survey.status, np.array(self.survey.trouble, dtype=str)
-        bad, dims, shape = status[status != 0], self.grid.dims, self.grid.shape
-        return {
-            "status": coded((), bad[0] if len(bad) else 0, "how the sweep ended"),
-            "cell_status": coded(dims, status.reshape(shape), "how the cell ended"),
-            "trouble": (dims, trouble.reshape(shape), {"units": "1", "long_name": "what went wrong"}),
-        }
+        cells, outs = {"cell_status": status, "trouble": trouble}, along(OF_CELL, *self.grid.dims)
+        found = {name: outs[name].variable(each.reshape(self.grid.shape)) for name, each in cells.items()}
+        return {"status": ENDED.variable(next(iter(status[status != 0]), 0))} | found
 
 
 def _missing(kind: np.dtype) -> Any:

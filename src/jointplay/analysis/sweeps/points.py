@@ -1,42 +1,63 @@
-"""Variables of a point of a bifurcation diagram, with their names and units."""
+"""Variables of a point of a bifurcation diagram."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from jointplay.analysis.exponents import batch_means, section_exponents
-from jointplay.analysis.labels import flags
+from jointplay.analysis.labels import Out, units
 from jointplay.jobs.columns import Plain, shared
 from jointplay.jobs.job import Entry
 from jointplay.solver.motion.ways import WAYS
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 NOT_KNOWN = -1  # of whole numbers, as a period
 LABELLED = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "guide": "prismatic joint"}
 LABELLED |= {"state": "state"}
-ATTRIBUTES = {
-    "period": ("1", "period in section points"),
-    "turn_period": ("s", "mean period of a turn"),
-    "impacts": ("1", "contacts begun per turn"),
-    "separations": ("1", "contacts lost per turn"),
-    "contact_fraction": ("1", "fraction of time in contact"),
-    "smallest_impact_speed": ("m s-1", "smallest speed at which a contact began"),
-    "smallest_missed_gap": ("m", "smallest gap of an approach that missed contact"),
-    "mode_word": ("1", "contact modes of the turn, one after another"),
-    "end_state": ("1", "positions and speeds at the end"),
-    "n_steps": ("1", "accepted steps"),
-    "followed": ("1", "how the motion was followed"),
-    "exponents_followed": ("1", "how the motion was followed while exponents were measured"),
+EXPONENTS = {name: out for name, out in batch_means.ESTIMATES.items() if name.startswith("lyapunov")}
+EXPONENTS |= {name: out for name, out in section_exponents.OUTS.items() if out.units == "1"}  # per turn
+OUTS = {  # of a test system those along joints are of all its contacts
+    "period": Out(
+        (),
+        "period in section points",
+        comment="turns, where the section is a crank angle; 0: none within period_tolerance; -1: not known",
+    ),
+    "turn_period": Out((), "mean period of a turn", "s"),
+    "impacts": Out("joint", "contacts begun per turn"),
+    "separations": Out("joint", "contacts lost per turn"),
+    "contact_fraction": Out("joint", "fraction of time in contact"),
+    "smallest_impact_speed": Out("joint", "smallest speed at which a contact began", "{speed}"),
+    "smallest_missed_gap": Out("joint", "smallest gap of an approach that missed contact", "{length}"),
+    "mode_word": Out(
+        "joint",
+        "contact modes of the turn, one after another",
+        comment="f free, r released, + - slip, s stick, c contact; of a test system the walls met",
+    ),
+    "followed": Out((), "how the motion was followed", flags=WAYS),
+    "exponents_followed": Out((), "how the motion was followed while exponents were measured", flags=WAYS),
+    "n_steps": Out((), "accepted steps"),
+    "end_state": Out(
+        "state", "positions and speeds at the end", comment="rad, m, rad/s, m/s; accepted as a start"
+    ),
+    **EXPONENTS,
 }
-OUTS = batch_means.ESTIMATES | section_exponents.OUTS
-ATTRIBUTES |= {name: (out.units, out.long_name) for name, out in OUTS.items()}
-COMMENTS = {
-    "period": "turns, where the section is a crank angle; 0: none within period_tolerance; -1: not known",
-    "mode_word": "f free, r released, + - slip, s stick, c contact; of a test system the walls met",
-    "end_state": "rad, m, rad/s, m/s; accepted as a start",
+NUMBERS = {
+    "point": Out("point", "section point"),
+    "exponent": Out("exponent", "number of the exponent"),
+    "multiplier": Out("multiplier", section_exponents.NUMBER),
 }
-LENGTHS = ("smallest_impact_speed", "smallest_missed_gap")  # a test system's have no units
+
+
+def counted(found: xr.Dataset) -> xr.Dataset:
+    """The dataset of all points, with `NUMBERS`: section points from 0 on, exponents from 1."""
+    found.attrs.pop("swept")  # its dimensions are no study's `[vary]`
+    own = {dim: out for dim, out in NUMBERS.items() if dim in found.dims}
+    numbers = {dim: np.arange(found.sizes[dim]) + (dim != "point") for dim in own}
+    return found.assign_coords({dim: out.variable(numbers[dim]) for dim, out in own.items()})
 
 
 def labelled(motion: Entry, keep: int) -> Entry:
@@ -49,9 +70,9 @@ def labelled(motion: Entry, keep: int) -> Entry:
     if "end" in motion:
         values["end_state"] = (("state",), motion["end"].state)
     rows = motion.get("points", {}).items()
-    si = bool(names.get("link"))
+    of = units(bool(names.get("link")))
     parts = {name: (dims, _padded(dims, each, keep), own) for name, (dims, each, own) in rows}
-    parts |= {name: (*pair, attributes(name, si or name not in LENGTHS)) for name, pair in values.items()}
+    parts |= {name: (*pair, OUTS[name].attributes(of)) for name, pair in values.items()}
     used = {dim for dims, *_ in parts.values() for dim in dims}
     labels = {
         dim: ((dim,), np.array(names[dim], dtype=str), {"long_name": text})
@@ -74,11 +95,3 @@ def _padded(dims: tuple[str, ...], values: Any, keep: int) -> np.ndarray:
     missing = [(0, keep - n if dim == "point" else 0) for dim, n in zip(dims, values.shape, strict=True)]
     none = NOT_KNOWN if values.dtype.kind == "i" else np.nan
     return np.pad(values, missing, constant_values=none) if np.any(missing) else values
-
-
-def attributes(name: str, si: bool = True) -> dict[str, str]:
-    """Attributes of a variable of a sweep; without units, as a test system's lengths, unless `si`."""
-    units, text = ATTRIBUTES[name]
-    more = {"comment": COMMENTS[name]} if name in COMMENTS else {}
-    more |= flags(WAYS) if name.endswith("followed") else {}
-    return {"units": units if si else "1", "long_name": text} | more

@@ -9,7 +9,7 @@ import numpy as np
 from jointplay.display import codes
 from jointplay.display.errors import NOTHING, InputError, Problem, unknown
 from jointplay.figures.drawing import select
-from jointplay.kinds import KINDS, Shown
+from jointplay.kinds import KINDS
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
@@ -36,10 +36,10 @@ def known(dataset: Dataset) -> list[str]:
     ]
 
 
-def usual(dataset: Dataset) -> Shown | None:
-    """Return the quantity that a sweep shows by default; None where it has none."""
-    there, row = known(dataset) if varied(dataset) else [], KINDS.get(str(dataset.attrs.get("kind")))
-    return next((shown for shown in row.in_sweeps if shown.name in there), None) if row else None
+def usual(dataset: Dataset) -> str | None:
+    """Return the name of the quantity that a sweep shows by default; None where it has none."""
+    row = KINDS.get(str(dataset.attrs.get("kind"))) if varied(dataset) else None
+    return row.outputs.in_sweep(known(dataset)) if row else None
 
 
 def cell_values(dataset: Dataset, quantity: str | None, at: dict[str, Any]) -> Dataset:
@@ -51,19 +51,20 @@ def cell_values(dataset: Dataset, quantity: str | None, at: dict[str, Any]) -> D
     first, names = usual(dataset), known(dataset)
     if quantity is None and first is None:
         raise InputError([Problem("figure.quantity", NOTHING, f"one of {', '.join(names)} is needed")])
-    name = first.name if quantity is None and first else select.choice("quantity", quantity, names)
-    row = first if first and first.name == name else Shown(name)
+    name = first if quantity is None and first else select.choice("quantity", quantity, names)
+    outputs = KINDS[str(dataset.attrs["kind"])].outputs if name == first else None
+    at_first, title_first = (outputs.variables[name].at, outputs.shown[name]) if outputs else ({}, "")
     array = numbers(dataset, name, modulus=COMPLEX not in at)
     own = [str(dim) for dim in array.dims if dim not in varied(dataset)]
     asked = {dim: entry for dim, entry in at.items() if dim not in varied(dataset)}
-    entries = {dim: e for dim, e in {**ENTRIES, **dict(row.entries)}.items() if dim in own} | asked
+    entries = {dim: e for dim, e in {**ENTRIES, **at_first}.items() if dim in own} | asked
     refuse_wrong(array, own, entries)
     found = {"value": array} | spread(dataset, name, array, entries)
     for dim in own:
         index = entry_index(found["value"], dim, entries.get(dim, LARGEST))
         found = {key: each.isel({dim: index}) if dim in each.dims else each for key, each in found.items()}
-    usually = row.title and not {*own} & at.keys()
-    words = {"long_name": row.title if usually else title(array, own, entries)}
+    usually = title_first and not {*own} & at.keys()
+    words = {"long_name": title_first if usually else title(array, own, entries)}
     found = {key: each.drop_vars(own, errors="ignore") for key, each in found.items()}
     found["value"] = found["value"].assign_attrs(array.attrs | words)
     reach = "quartiles" if "quartile" in own else f"± {ERRORS} standard errors"

@@ -10,7 +10,7 @@ import numpy as np
 from jointplay.display import codes
 from jointplay.display.errors import NOTHING, refuse
 from jointplay.jobs.files import replaced
-from jointplay.kinds import KINDS, load
+from jointplay.kinds import KINDS
 from jointplay.solver.method.codes import Status
 
 if TYPE_CHECKING:
@@ -58,8 +58,9 @@ def failed_cells(dataset: xr.Dataset) -> list[str]:
 def write_table(dataset: xr.Dataset, path: Path) -> list[Path]:
     """Write the table of a result, for the kinds that have one; give back the files."""
     row = KINDS.get(str(dataset.attrs.get("kind")))
-    if row is None or not row.table or "swept" in dataset.attrs:
+    table = row.outputs.table if row else None
+    if table is None or "swept" in dataset.attrs:
         return []
     with replaced(path) as temporary:
-        temporary.write_text(load(row.table)(dataset), encoding="utf-8")
+        temporary.write_text(table(dataset), encoding="utf-8")
     return [path]

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.sweeps import stretches
 from jointplay.display.errors import of_a_result, refuse
 from jointplay.display.number_text import plain
 from jointplay.display.units import measure
-from jointplay.kinds import KINDS, Kind, Shown
+from jointplay.kinds import KINDS
 from jointplay.solver.mechanism.base import accepts
 from jointplay.solver.mechanism.signature import checked
-from jointplay.study.results.answers import stretches
 from jointplay.study.results.outcome import explain
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
+
+    from jointplay.analysis.declared import Outputs
 
 
 @dataclass(frozen=True)
@@ -90,43 +93,38 @@ def _summary(dataset: xr.Dataset) -> Summary:
 
 def answer(dataset: xr.Dataset) -> list[str]:
     """Lines of the answer of a result of a known kind, whether it came to its end or not."""
-    row = KINDS[str(dataset.attrs["kind"])]
+    outputs = KINDS[str(dataset.attrs["kind"])].outputs
     if "swept" in dataset.attrs:
-        return over_cells(dataset, row).splitlines()
-    if row.answer:
-        return row.answer(dataset).splitlines()
-    shown = next((each for each in row.in_sweeps if each.name in dataset), None)
-    return [f"{shown.title or shown.name}: {plain(float(dataset[shown.name].max()))}"] if shown else []
+        return over_cells(dataset, outputs).splitlines()
+    if outputs.answer:
+        return outputs.answer(dataset).splitlines()
+    name = outputs.in_sweep(dataset)
+    return [f"{outputs.shown[name] or name}: {plain(float(dataset[name].max()))}"] if name else []
 
 
-def over_cells(dataset: Dataset, row: Kind) -> str:
+def over_cells(dataset: Dataset, outputs: Outputs) -> str:
     """Return failures, the words of the cells, and the ends of the number that the sweep shows."""
     dims = str(dataset.attrs["swept"]).split()
     lines, good = stretches.failures(dataset, dims), (dataset["cell_status"] == 0).transpose(*dims).values
     if not good.any():
         return "\n".join(lines)
-    if row.words:
-        words = row.words(dataset).transpose(*dims).values.astype(object)
+    if outputs.verdict:
+        words = outputs.words(dataset).transpose(*dims).values.astype(object)
         words[~good] = stretches.FAILED
-        lines.append(stretches.told(words.astype(str), _axes(dataset, dims)))
-    shown = next((each for each in row.in_sweeps if each.name in dataset), None)
-    if shown:
-        lines += _ends(dataset, shown, dims)
+        lines.append(stretches.told(words.astype(str), [dataset[dim] for dim in dims]))
+    if name := outputs.in_sweep(dataset):
+        lines += _ends(dataset, outputs, name, dims)
     return "\n".join(lines or [f"{good.size} values, all ok"])
 
 
-def _axes(dataset: Dataset, dims: list[str]) -> list[DataArray]:
-    return [dataset[dim] for dim in dims]
-
-
-def _ends(dataset: Dataset, shown: Shown, dims: list[str]) -> list[str]:
+def _ends(dataset: Dataset, outputs: Outputs, name: str, dims: list[str]) -> list[str]:
     """A line on the smallest and the largest value of a number over the cells."""
-    if not dataset[shown.name].size:
+    if not dataset[name].size:
         return []
-    values = _of_cells(dataset, shown, dims)
+    values = _of_cells(dataset[name], outputs.variables[name].at, dims)
     if not np.isfinite(values).any():
         return []
-    units, name = str(dataset[shown.name].attrs.get("units", "1")), shown.title or shown.name
+    units, title = str(dataset[name].attrs.get("units", "1")), outputs.shown[name] or name
     finite = np.where(np.isfinite(values), values, np.nan)
     ends = []
     for at in (np.nanargmin(finite), np.nanargmax(finite)):
@@ -136,19 +134,19 @@ def _ends(dataset: Dataset, shown: Shown, dims: list[str]) -> list[str]:
             for dim, i in zip(dims, place, strict=True)
         )
         ends.append(f"{_number(values[place], units)} ({', '.join(named)})")
-    return [f"{name}: from {ends[0]} to {ends[1]}"]
+    return [f"{title}: from {ends[0]} to {ends[1]}"]
 
 
 def _number(value: float, units: str) -> str:
     return plain(value, 3) if units == "1" else measure(value, units, 3)
 
 
-def _of_cells(dataset: Dataset, shown: Shown, dims: list[str]) -> np.ndarray:
+def _of_cells(array: DataArray, at: Mapping[str, Any], dims: list[str]) -> np.ndarray:
     """The number of each cell: at the entries named, else the largest; moduli of complex ones."""
-    array = dataset[shown.name].astype(float)
+    array = array.astype(float)
     if "part" in array.dims:
         array = np.sqrt((array**2).sum("part", skipna=False))
-    for dim, entry in shown.entries:
+    for dim, entry in at.items():
         if dim in array.dims and entry != "largest":
             array = array.sel({dim: entry})
     rest = [dim for dim in array.dims if dim not in dims]
