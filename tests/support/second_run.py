@@ -20,10 +20,6 @@ from tests.support.multibody_run import assemble, followed
 RTOL, SECOND = 1e-11, 1e-11
 IN_LANES = 1e-8
 STEPS = 4e-4, 2e-3, 1e-2  # of differences, shares: small ones show integration errors, large ones curvature
-    4e-4,
-    2e-3,
-    1e-2,
-)  # of differences, shares: small ones show errors of integration, large ones curvature
 EXACT = 1e-6  # of derivatives: what is nearer to a difference is not compared with the next
 UNSURE = 0.01  # the most by which differences with two steps may be apart
 SAMPLES = 12
