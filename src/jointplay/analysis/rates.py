@@ -3,8 +3,8 @@
 An acceleration amplifies the error of a state by the fastest rate of the equations: by 10^6 per second at the
 motor's line. Where friction turns over, that line answers within microseconds; a step of the motion passes
 over this, and its polynomial keeps a part of it that is nothing for a speed and much for an acceleration. The
-flow notes such steps (method.doubts). What they recorded is here followed anew, from the beginning of each
-step, by two steps or more and with a thousandth of the tolerance; only accelerations, and what depends on
+flow notes such steps (method.coarse_steps). What they recorded is here followed anew, from the beginning of
+each step, by two steps or more and with a thousandth of the tolerance; only accelerations, and what depends on
 them, are taken from there. The motion and all else that is recorded stay as they are.
 """
 
@@ -83,7 +83,7 @@ def _right(model: Model, rtol: float, doubts: np.ndarray, rows: np.ndarray) -> n
 
 def _anew(model: Model, rtol: float, doubts: np.ndarray, places: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Rows at the times of `rows`, each from the beginning of the doubt at its place; 0 where none came."""
-    flow, again = cache.method("flow").flow, cache.method("again").again
+    flow, again = cache.method("flow").flow, cache.method("retake").again
     closer = max(CLOSER, min(LEAST / rtol, 1.0))
     k, x, o = memory(model, Request(np.inf, rtol, rows[:, 0], max_steps=ATTEMPTS))
     x = x._replace(absolute=closer * x.absolute, relative=closer * x.relative)

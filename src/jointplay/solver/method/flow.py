@@ -7,6 +7,7 @@ never an exception.
 
 import numpy as np
 
+from .coarse_steps import doubt, doubtful
 from .codes import Section
 from .control import (
     CHATTER,
@@ -32,7 +33,6 @@ from .control import (
     restarted,
     shorter,
 )
-from .doubts import doubt, doubtful
 from .events import AWAY, THERE, accept_until_event, begins_beyond, dead_centre, passes_centre, state_at
 from .interface import FUNCTIONS, INT, OPTIONS, TRAJECTORY, WORK, Signature, inlined, inner, spliced
 from .memory import (

@@ -3,7 +3,7 @@
 from numpy import inf
 
 from . import flow as _flow
-from .doubts import END, FIRED, TIME
+from .coarse_steps import END, FIRED, TIME
 from .interface import FUNCTIONS, INT, OPTIONS, TRAJECTORY, WORK, Array, inner, until, void
 from .memory import GROWTH, H_LIMIT, SAMPLES, STARTED, T_EVENT, T_SECTION, H
 
