@@ -13,13 +13,13 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.solver.codegen.lanes import HINDRANCES
+from jointplay.solver.codegen.lanes import EXCLUSIONS
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.structure import linkage
 from jointplay.solver.method.codes import Event
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, _excites, follow
-from jointplay.solver.motion.ways import IN_LANES, WAYS, hindrance, of_structure
+from jointplay.solver.motion.ways import IN_LANES, WAYS, exclusion, of_structure
 from tests.support.laws_grid import PAIRS, mechanism
 
 TORQUE = {"kind": "torque", "link": "crank", "constant": 0.5, "nominal_speed": 100.0}
@@ -75,7 +75,7 @@ def as_one_by_one(model):
     scenes = list(starts(model))
     cut = {"level": model.crank_angle + 1.0, "period": math.tau, "direction": 1}
     request = Request(TURNS * model.period, 1e-7, events=True, misses=True, log_from=-1.0, **cut)
-    assert not any(hindrance(each, request) for each in scenes)
+    assert not any(exclusion(each, request) for each in scenes)
     found, counts, late = follow_ensemble(scenes, [request] * STARTS), [], []
     for each, records in zip(scenes, found, strict=True):
         truth, alone = (follow(each, replace(request, rtol=rtol)) for rtol in (1e-11, 1e-7))
@@ -106,7 +106,7 @@ def compared(model):
     scenes = list(starts(model))
     cut = {"level": model.crank_angle + 1.0, "period": math.tau, "direction": 1}
     request = Request(TURNS * model.period, 1e-8, events=True, misses=True, log_from=-1.0, **cut)
-    assert not any(hindrance(each, request) for each in scenes)
+    assert not any(exclusion(each, request) for each in scenes)
     found, met, late = follow_ensemble(scenes, [request] * STARTS), 0, []
     for each, records in zip(scenes, found, strict=True):
         truth = follow(each, replace(request, rtol=1e-11))
@@ -191,7 +191,7 @@ def test_what_friction_may_excite_is_looked_for_or_not_in_lanes(friction):
     assert of_structure(structure) == "falling_friction"
 
 
-@pytest.mark.parametrize("word", HINDRANCES)
+@pytest.mark.parametrize("word", EXCLUSIONS)
 def test_what_lanes_do_not_take_has_a_word(word):
     assert of_structure(HINDERED[word]()) == word
 
@@ -248,7 +248,7 @@ def sorts(name):
 )
 def test_own_equations_are_as_one_by_one(name):
     scenes, request = sorts(name)
-    assert not any(hindrance(each, request) for each in scenes)
+    assert not any(exclusion(each, request) for each in scenes)
     found, met, late = follow_ensemble(scenes, [request] * MANY), [], []
     for each, records in zip(scenes, found, strict=True):
         truth = follow(each, request)

@@ -29,7 +29,7 @@ from jointplay.solver.mechanism.loops import turning
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay.solver.motion.ways import WAYS, hindrance
+from jointplay.solver.motion.ways import WAYS, exclusion
 from tests.support import driven
 from tests.support.driven_scenes import CORNER, FORCED, JUMP, LAMP, RESTING, RUBBED, own, pinned, written
 from tests.support.tangent_map import tangent_map
@@ -272,7 +272,7 @@ def test_in_lanes_twins_have_the_same_tangents(name):
     """Of motions that differ in the start, and in the parameter; what does not go in lanes says why."""
     scene = SCENES[name]
     model, value = scene.model, Parameter(scene.make(), scene.key).value
-    assert hindrance(model, Request(scene.duration, LANES)) == scene.lanes
+    assert exclusion(model, Request(scene.duration, LANES)) == scene.lanes
     if scene.lanes:
         return
     scale, along = tangents.scales(model), directions(model)[0]

@@ -290,7 +290,7 @@ def _starts_anew(model: Model, time: float) -> bool:
 def _alike(model: Model, records: Records) -> bool:
     """Whether contacts and switches begin there in the modes in which they are."""
     n_x, time = len(model.state), float(records.end[0])
-    k, x, o = memory(moved(model, records.end[1 : 1 + n_x]), Request(time))
-    x.s[0] = time
-    advance(model.structure, k, x, o)
-    return bool(np.all(x.modes == records.end[1 + n_x :][: len(x.modes)]))
+    work, motion, options = memory(moved(model, records.end[1 : 1 + n_x]), Request(time))
+    motion.s[0] = time
+    advance(model.structure, work, motion, options)
+    return bool(np.all(motion.modes == records.end[1 + n_x :][: len(motion.modes)]))

@@ -49,18 +49,18 @@ class Ours:
         from jointplay.solver.method import memory as at
         from jointplay.solver.method.control import FULL
 
-        k, x, o = memory(self.model, self.request)
+        work, motion, options = memory(self.model, self.request)
         events: list[Event] = []
         seconds, code = 0.0, FULL
         while code == FULL:
             began = time.process_time()
-            code = advance(self.model.structure, k, x, o)
+            code = advance(self.model.structure, work, motion, options)
             seconds += time.process_time() - began
-            events += [(int(row[1]), int(row[2])) for row in x.log[: x.count[at.LOGGED]]]
-            x.count[at.LOGGED] = 0
-        steps = int(x.count[[at.STEPS, at.REJECTED, at.FAILED]].sum())
-        state = x.s[1 : 1 + len(self.model.state)].copy()
-        return Outcome(STATUS[code], state, seconds, float(x.count[at.EVALUATIONS]), steps, events)
+            events += [(int(row[1]), int(row[2])) for row in motion.log[: motion.count[at.LOGGED]]]
+            motion.count[at.LOGGED] = 0
+        steps = int(motion.count[[at.STEPS, at.REJECTED, at.FAILED]].sum())
+        state = motion.s[1 : 1 + len(self.model.state)].copy()
+        return Outcome(STATUS[code], state, seconds, float(motion.count[at.EVALUATIONS]), steps, events)
 
 
 class Peer:

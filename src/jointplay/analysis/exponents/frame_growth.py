@@ -22,7 +22,7 @@ from jointplay.solver.motion import company
 from jointplay.solver.motion.ensemble_runs import Carried, Tangent, carry, follow_ensemble
 from jointplay.solver.motion.looks import Stopped
 from jointplay.solver.motion.trajectory import INTERRUPTED, Records, Request, counts
-from jointplay.solver.motion.ways import LEFT, hindrance, way
+from jointplay.solver.motion.ways import LEFT, exclusion, way
 
 LOOKS = 10  # how often a target error is looked at
 SEED = 20
@@ -120,13 +120,13 @@ def grown(
     for neutral in (True, False) if timeless else (False,):
         bundle = framed(model, asked.request, asked.count, saltation, neutral)
         bundle.advance(0.0)
-        start = float(bundle.y.logs[0])
+        start = float(bundle.tangents.logs[0])
         rows, ended = follow(bundle, asked.begin, error, progress)
-        if not neutral or section_exponents.moves(start, float(bundle.y.logs[0])):
+        if not neutral or section_exponents.moves(start, float(bundle.tangents.logs[0])):
             break
     kept = {"neutral": neutral, "rested": timeless and not neutral, "grazing": bundle.grazing}
-    hindered = hindrance(model, asked.request) or ("" if _alike(model, asked) else "exponents")
-    return Stretched(model, rows, bundle.logs, **kept, **ended, way=way(hindered))
+    excluded = exclusion(model, asked.request) or ("" if _alike(model, asked) else "exponents")
+    return Stretched(model, rows, bundle.logs, **kept, **ended, way=way(excluded))
 
 
 def _alike(model: Model, asked: Stretch) -> bool:
@@ -143,7 +143,7 @@ def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[St
     """
     groups: dict[Any, list[int]] = {}
     for n, (model, one) in enumerate(zip(models, asked, strict=True)):
-        if not hindrance(model, one.request) and _alike(model, one):
+        if not exclusion(model, one.request) and _alike(model, one):
             groups.setdefault(model.structure, []).append(n)
     found: dict[int, Stretched | None] = {}
     for group in groups.values():
@@ -239,7 +239,7 @@ def follow(
             break
     if status in USABLE and bundle.time > kept[-1, 0]:
         kept = np.concatenate([kept, bundle.row()])
-    ended = {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.x)}
+    ended = {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.motion)}
     return kept, ended
 
 

@@ -18,12 +18,12 @@ RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a ti
 SAME = 1e-12  # of the last of several times: how far steps between them may differ that are even
 ONE_BY_ONE, IN_LANES, LEFT = range(3)
 # What a result says of a motion: not asked for in lanes, or too few; in lanes; begun there; what hinders it
-WAYS = ("one_by_one", "in_lanes", "left_lanes", *ensemble.HINDRANCES, "tolerance", "records", "exponents")
+WAYS = ("one_by_one", "in_lanes", "left_lanes", *ensemble.EXCLUSIONS, "tolerance", "records", "exponents")
 
 
-def way(hindrance: str) -> int:
+def way(exclusion: str) -> int:
     """Index in `WAYS` for a motion that is not followed in lanes."""
-    return WAYS.index(hindrance) if hindrance else ONE_BY_ONE
+    return WAYS.index(exclusion) if exclusion else ONE_BY_ONE
 
 
 def both(first: int, then: int) -> int:
@@ -31,7 +31,7 @@ def both(first: int, then: int) -> int:
     return then if first == IN_LANES else first
 
 
-def hindrance(model: Model, request: Any) -> str:
+def exclusion(model: Model, request: Any) -> str:
     """Why a motion cannot be batched, a word of `WAYS`; empty where it can be followed with others.
 
     The request is a trajectory.Request.
@@ -46,7 +46,7 @@ def hindrance(model: Model, request: Any) -> str:
 @lru_cache(maxsize=256)
 def of_structure(structure: Linkage | Oscillator) -> str:
     """Why a structure cannot be batched."""
-    return ensemble.hindrance(structure)
+    return ensemble.exclusion(structure)
 
 
 def _recorded(model: Model, request: Any) -> bool:
