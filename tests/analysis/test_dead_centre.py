@@ -12,9 +12,9 @@ import jointplay as jp
 from jointplay.analysis.quantities import STATUS
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.loops import turning
+from jointplay.solver.motion.eligibility import WAYS
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay.solver.motion.ways import WAYS
 
 L, M, G, SPEED = 1.0, 1.0, 9.81, -1.0
 

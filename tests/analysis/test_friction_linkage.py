@@ -11,8 +11,8 @@ from jointplay.analysis.quantities import EVENTS
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.motion import ensemble_runs
+from jointplay.solver.motion.eligibility import exclusion
 from jointplay.solver.motion.trajectory import follow
-from jointplay.solver.motion.ways import exclusion
 from tests.support.belt import LAWS, STICKING, ratio
 
 from ..method.test_tangent import NEAR, compare

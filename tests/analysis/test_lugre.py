@@ -13,8 +13,8 @@ from jointplay import catalog
 from jointplay.analysis import tangents
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.parts.friction import Friction
+from jointplay.solver.motion.eligibility import exclusion
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay.solver.motion.ways import exclusion
 from tests.support.belt import LAWS, LUGRE, belt, ratio
 from tests.support.plain import Point, plain
 from tests.support.tangent_map import tangent_map

@@ -15,9 +15,9 @@ from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.parts.joints import Contact, Friction
 from jointplay.solver.method.codes import Event
+from jointplay.solver.motion.eligibility import exclusion
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay.solver.motion.ways import exclusion
 from tests.equations.drop import arguments
 from tests.support.belt import LAWS as RUBBING
 from tests.support.belt import NUMPY, contact

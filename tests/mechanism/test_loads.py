@@ -14,7 +14,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.parts.drive import PrescribedTorque, SpeedProfile
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.mechanism.structure import linkage
-from jointplay.solver.motion.ways import of_structure
+from jointplay.solver.motion.eligibility import of_structure
 from tests.mechanism.wrong import listed, only, problems_of
 
 FORCE = {"name": "press", "kind": "force", "on": {"link": "rocker", "at": 0.1}, "direction": 0.3}

@@ -16,9 +16,9 @@ from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.method.codes import Event
 from jointplay.solver.method.lanes import radau as r
+from jointplay.solver.motion.eligibility import WAYS
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay.solver.motion.ways import WAYS
 
 TURNS = 1.2
 

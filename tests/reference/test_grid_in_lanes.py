@@ -17,9 +17,9 @@ from jointplay.solver.codegen.lanes import EXCLUSIONS
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.structure import linkage
 from jointplay.solver.method.codes import Event
+from jointplay.solver.motion.eligibility import IN_LANES, WAYS, exclusion, of_structure
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, _excites, follow
-from jointplay.solver.motion.ways import IN_LANES, WAYS, exclusion, of_structure
 from tests.support.laws_grid import PAIRS, mechanism
 
 TORQUE = {"kind": "torque", "link": "crank", "constant": 0.5, "nominal_speed": 100.0}

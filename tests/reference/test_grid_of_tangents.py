@@ -27,9 +27,9 @@ from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.loops import turning
 from jointplay.solver.mechanism.parameters import Parameter
+from jointplay.solver.motion.eligibility import WAYS, exclusion
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay.solver.motion.ways import WAYS, exclusion
 from tests.support import driven
 from tests.support.driven_scenes import CORNER, FORCED, JUMP, LAMP, RESTING, RUBBED, own, pinned, written
 from tests.support.tangent_map import tangent_map

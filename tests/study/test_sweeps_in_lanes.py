@@ -14,7 +14,7 @@ from jointplay.analysis.sweeps import chains
 from jointplay.jobs import worker
 from jointplay.jobs.job import CRASHED, redone, remaining
 from jointplay.jobs.journal import Journal
-from jointplay.solver.motion.ways import WAYS
+from jointplay.solver.motion.eligibility import WAYS
 from jointplay.study import execute
 from jointplay.study import run as study_run
 from jointplay.study.run import first_work

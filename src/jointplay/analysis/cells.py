@@ -20,9 +20,9 @@ from jointplay.jobs.job import CRASHED, Entry, Job, Kept, Notes, key_of
 from jointplay.jobs.worker import in_tasks
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import Status
-from jointplay.solver.motion.company import side_by_side
+from jointplay.solver.motion.batching import side_by_side
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
-from jointplay.solver.motion.looks import from_progress, look
+from jointplay.solver.motion.progress import from_progress, look
 from jointplay.solver.motion.trajectory import Request, follow
 
 T = TypeVar("T")

@@ -16,7 +16,7 @@ from jointplay.solver.equations.structure import powers
 from jointplay.solver.mechanism.model import DEEP, Model
 from jointplay.solver.method.codes import COUNTERS, Mode
 from jointplay.solver.motion.guard_tolerances import ends
-from jointplay.solver.motion.looks import seen
+from jointplay.solver.motion.progress import seen
 
 if TYPE_CHECKING:
     import xarray as xr

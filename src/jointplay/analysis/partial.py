@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from jointplay.solver.motion.looks import Late, Stopped
+from jointplay.solver.motion.progress import Late, Stopped
 from jointplay.solver.motion.trajectory import INTERRUPTED, Records
 
 if TYPE_CHECKING:

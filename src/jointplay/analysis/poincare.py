@@ -18,10 +18,10 @@ from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.solver.mechanism.base import Flag
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Section
-from jointplay.solver.motion.company import beside, in_company
+from jointplay.solver.motion.batching import beside, in_company
+from jointplay.solver.motion.eligibility import FOLLOWED, WAYS
 from jointplay.solver.motion.ensemble_runs import ensemble_fits
 from jointplay.solver.motion.trajectory import Records, Request, follow
-from jointplay.solver.motion.ways import FOLLOWED, WAYS
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -17,7 +17,7 @@ import numpy as np
 from jointplay.analysis.evaluate import Quantities
 from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.motion.looks import seen
+from jointplay.solver.motion.progress import seen
 from jointplay.solver.motion.trajectory import Records, Request, functions, memory
 
 CLOSER = 1e-3  # of the tolerance

@@ -26,7 +26,7 @@ from jointplay.jobs.journal import Journal, refuse_lost
 from jointplay.jobs.origin import mixed, processor
 from jointplay.jobs.pool import Pool
 from jointplay.solver.method.codes import Status
-from jointplay.solver.motion.looks import keeping
+from jointplay.solver.motion.progress import keeping
 from jointplay.study.file import Loaded
 from jointplay.study.models import Study
 from jointplay.study.results import store

@@ -22,6 +22,7 @@ from jointplay.solver.method.codes import Status
 from jointplay.study.execute import journal_of, part_journals
 from jointplay.study.file import Loaded, validate
 from jointplay.study.models import Study
+from jointplay.study.result_state import standing
 from jointplay.study.results.store import open_result
 from jointplay.study.results.summary import answer
 from jointplay.study.run import (
@@ -33,7 +34,6 @@ from jointplay.study.run import (
     study_hash,
     with_journal_keys,
 )
-from jointplay.study.standing import standing
 
 LENGTHS = ("turns", "transient")
 FOLLOW = "others may follow from what these find"

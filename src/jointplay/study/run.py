@@ -29,7 +29,7 @@ from jointplay.jobs.pool import check_jobs
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.method.codes import Status
 from jointplay.solver.motion.ensemble_runs import in_lanes
-from jointplay.solver.motion.looks import reported
+from jointplay.solver.motion.progress import reported
 from jointplay.solver.motion.trajectory import Request
 from jointplay.study.file import Loaded
 from jointplay.study.models import Study, SweepStudy

@@ -10,7 +10,7 @@ import numpy as np
 
 from jointplay.analysis.quantities import STATUS
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.motion.looks import from_progress, look
+from jointplay.solver.motion.progress import from_progress, look
 from jointplay.solver.motion.trajectory import MAX_STEPS, Request, advance, memory
 from jointplay_lab.precision.generated_code import Equations, Event
 

@@ -32,7 +32,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Positive, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
-from jointplay.solver.motion.looks import seen
+from jointplay.solver.motion.progress import seen
 from jointplay_lab.precision.contenders import OURS, Ours, Outcome, Peer, Trouble
 from jointplay_lab.precision.generated_code import Equations
 from jointplay_lab.precision.schedule import PEERS, Peers, Plan, Tolerances, unknown_peers

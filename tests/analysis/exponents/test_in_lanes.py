@@ -11,8 +11,8 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.exponents.frame_growth import Stretch, grown, grown_together
 from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion.eligibility import WAYS
 from jointplay.solver.motion.trajectory import Request
-from jointplay.solver.motion.ways import WAYS
 from tests.support.laws_grid import mechanism
 
 CLEARANCES = np.geomspace(2.9e-5, 1e-4, 10)

@@ -12,8 +12,8 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.motion import ensemble_runs
+from jointplay.solver.motion.eligibility import exclusion
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay.solver.motion.ways import exclusion
 from jointplay_lab.stress.scenes import draw
 
 OTHERS = [

@@ -18,10 +18,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from jointplay.analysis.orbits.arclength import solve
-from jointplay.analysis.orbits.beside import alike
 from jointplay.analysis.orbits.branch import Branch
 from jointplay.analysis.orbits.branch_points import Special
 from jointplay.analysis.orbits.family import Family, Point
+from jointplay.analysis.orbits.neighbours import alike
 from jointplay.analysis.orbits.orbit_events import CONTACT, KIND, OF_GAPS, PLACE, changed_event
 from jointplay.analysis.orbits.shooting import Orbit, newton
 from jointplay.solver.method.codes import Event

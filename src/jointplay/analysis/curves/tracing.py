@@ -14,11 +14,11 @@ from jointplay.analysis.curves.corners import MEETING, Begin, corner
 from jointplay.analysis.curves.grazing import grazed
 from jointplay.analysis.curves.half_map import HalfMap, halved
 from jointplay.analysis.orbits.arclength import first, solve
-from jointplay.analysis.orbits.beside import alike
 from jointplay.analysis.orbits.branch import Branch, Tracer
 from jointplay.analysis.orbits.branch_points import Special
 from jointplay.analysis.orbits.continuation import joined
 from jointplay.analysis.orbits.family import Condition, Family, Point
+from jointplay.analysis.orbits.neighbours import alike
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 

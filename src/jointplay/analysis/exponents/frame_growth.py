@@ -18,11 +18,11 @@ from jointplay.analysis.exponents import batch_means, section_exponents
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.tangents import Bundle, scales, tolerated
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.motion import company
+from jointplay.solver.motion import batching
+from jointplay.solver.motion.eligibility import LEFT, exclusion, way
 from jointplay.solver.motion.ensemble_runs import Carried, Tangent, carry, follow_ensemble
-from jointplay.solver.motion.looks import Stopped
+from jointplay.solver.motion.progress import Stopped
 from jointplay.solver.motion.trajectory import INTERRUPTED, Records, Request, counts
-from jointplay.solver.motion.ways import LEFT, exclusion, way
 
 LOOKS = 10  # how often a target error is looked at
 SEED = 20
@@ -114,7 +114,7 @@ def grown(
 
     Where the motion comes to rest, its rate is no direction any more, and it is followed anew without that.
     """
-    if error is None and saltation and (run := company.asked(model, asked)) is not None:
+    if error is None and saltation and (run := batching.asked(model, asked)) is not None:
         return run
     timeless = section_exponents.timeless(model)
     for neutral in (True, False) if timeless else (False,):
@@ -156,7 +156,7 @@ def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[St
 
 
 def followed_together(asked: Sequence[tuple[Model, Request | Stretch]]) -> list[Records | Stretched]:
-    """Follow motions side by side, motions with tangents in lanes of their own (motion.company)."""
+    """Follow motions side by side, motions with tangents in lanes of their own (motion.batching)."""
     found: dict[int, Records | Stretched] = {}
     for kind, together in ((Request, follow_ensemble), (Stretch, grown_together)):
         some = [n for n, (_, one) in enumerate(asked) if isinstance(one, kind)]

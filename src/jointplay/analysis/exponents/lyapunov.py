@@ -38,11 +38,11 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Positive, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
-from jointplay.solver.motion.company import beside, in_company
+from jointplay.solver.motion.batching import beside, in_company
+from jointplay.solver.motion.eligibility import FOLLOWED, WAYS
 from jointplay.solver.motion.ensemble_runs import ensemble_fits
-from jointplay.solver.motion.looks import part
+from jointplay.solver.motion.progress import part
 from jointplay.solver.motion.trajectory import INTERRUPTED, Request, prepare
-from jointplay.solver.motion.ways import FOLLOWED, WAYS
 
 if TYPE_CHECKING:
     import xarray as xr

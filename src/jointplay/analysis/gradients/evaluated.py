@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from jointplay.analysis.gradients.at_points import derivatives, values
-from jointplay.analysis.gradients.wanted import Quantity
+from jointplay.analysis.gradients.selection import Quantity
 from jointplay.analysis.orbits.orbit_events import BEGINS, KIND, PLACE, approach_speeds
 from jointplay.analysis.quantities import WORK
 from jointplay.analysis.tangents import TIGHT, Bundle

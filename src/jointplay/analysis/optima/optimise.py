@@ -31,12 +31,12 @@ from pydantic import Field
 from jointplay.analysis.coexisting.region import Region
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
-from jointplay.analysis.gradients import gradient_dataset, wanted
+from jointplay.analysis.gradients import gradient_dataset, selection
 from jointplay.analysis.gradients.gradient import gradient, start_section
 from jointplay.analysis.gradients.multipliers import MULTIPLIERS
 from jointplay.analysis.keywords import Moving, Quantity, Settling, Small, analysis
 from jointplay.analysis.labels import Out, ended
-from jointplay.analysis.optima.asked import FORCE, aim_fits, bounds_fit, contacts, ideal_fits
+from jointplay.analysis.optima.checks import FORCE, aim_fits, bounds_fit, contacts, ideal_fits
 from jointplay.analysis.optima.descent import descended
 from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.orbits.orbit_request import start_fits
@@ -266,7 +266,7 @@ def optimise(
     table |= _motions(runs, found)
     table |= {"end": ENDS.index(end), "missed": aim.missed(found), "play_kept": kept}
     table |= {"limit_low": aim.limits[:, 0], "limit_high": aim.limits[:, 1]} | ended(found.status, began)
-    table |= gradient_dataset.labels([wanted.quantity(name) for name in names], tuple(by), mechanism)
+    table |= gradient_dataset.labels([selection.quantity(name) for name in names], tuple(by), mechanism)
     table["side"] = np.array(["below", "above"])
     course = next((course for _, course in runs if course is not None), None)
     of = None if course is None else {key: course.attrs[word] for key, word in COURSE.items()}

@@ -20,7 +20,7 @@ from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.quantities import STATUS
 from jointplay.display.errors import InputError, ModelWarning
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
-from jointplay.solver.motion.looks import look
+from jointplay.solver.motion.progress import look
 
 INVALID = STATUS.index("not_converged")
 

@@ -15,13 +15,21 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.orbits.arclength import solve
-from jointplay.analysis.orbits.beside import SMALL, alike, apart, half_shift, image_beyond, outside, shifted
 from jointplay.analysis.orbits.branch_points import Special, between
 from jointplay.analysis.orbits.family import Family, Point
+from jointplay.analysis.orbits.neighbours import (
+    SMALL,
+    alike,
+    apart,
+    half_shift,
+    image_beyond,
+    outside,
+    shifted,
+)
 from jointplay.analysis.orbits.orbit_events import changed_event, same_events
 from jointplay.analysis.orbits.orbit_search import shift_from_events
 from jointplay.analysis.orbits.section_map import Image
-from jointplay.solver.motion.looks import Late, Stopped
+from jointplay.solver.motion.progress import Late, Stopped
 
 WHY = {  # a branch, or a curve, ends
     "range": "end of the range",

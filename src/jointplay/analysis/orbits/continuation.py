@@ -50,7 +50,7 @@ from jointplay.display.units import measure
 from jointplay.solver.mechanism.base import Flag, Natural, Number, unit
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section
-from jointplay.solver.motion.looks import Late, Stopped
+from jointplay.solver.motion.progress import Late, Stopped
 from jointplay.solver.motion.trajectory import INTERRUPTED
 
 if TYPE_CHECKING:

@@ -34,7 +34,7 @@ from jointplay.display import codes
 from jointplay.display.number_text import MINUS
 from jointplay.solver.mechanism.base import Count, Natural
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
-from jointplay.solver.motion.looks import part, seen
+from jointplay.solver.motion.progress import part, seen
 
 if TYPE_CHECKING:
     import xarray as xr

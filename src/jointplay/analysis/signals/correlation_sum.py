@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jointplay.solver.motion.looks import seen
+from jointplay.solver.motion.progress import seen
 
 FLOOR, PER_DECADE = 1e-3, 32  # radii: from this share of the set's size on, so many a decade
 BLOCK = 512  # points whose neighbours are counted between two looks

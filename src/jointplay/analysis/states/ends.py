@@ -24,9 +24,9 @@ from jointplay.analysis.states.journal_position import Journals
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle
+from jointplay.solver.motion.eligibility import both
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Records, Request, follow
-from jointplay.solver.motion.ways import both
 
 STRICTER = 10  # tolerance at which ends are matched over that at which a period is found
 POINTS = 128  # kept of an end without a period, over all tries; more only where more turns are observed

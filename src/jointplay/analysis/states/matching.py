@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.solver.motion.looks import look
+from jointplay.solver.motion.progress import look
 
 BINS = 8
 SHARED = 0.5

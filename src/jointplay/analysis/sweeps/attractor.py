@@ -27,9 +27,9 @@ from jointplay.analysis.sweeps.points import LABELLED
 from jointplay.analysis.tangents import scales
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
-from jointplay.solver.motion.company import side_by_side
+from jointplay.solver.motion.batching import side_by_side
+from jointplay.solver.motion.eligibility import both
 from jointplay.solver.motion.trajectory import Records, Request, follow
-from jointplay.solver.motion.ways import both
 
 RTOL = 1e-7  # periodic section points then lie within 1e-5 of a clearance; a fifth faster than 1e-8
 TOLERANCE = 1e-4  # of a clearance, or of a test system's unit: spread of section points that count as one

@@ -10,7 +10,7 @@ from jointplay.analysis.exponents import batch_means, section_exponents
 from jointplay.analysis.labels import flags
 from jointplay.jobs.columns import Plain, shared
 from jointplay.jobs.job import Entry
-from jointplay.solver.motion.ways import WAYS
+from jointplay.solver.motion.eligibility import WAYS
 
 NOT_KNOWN = -1  # of whole numbers, as a period
 LABELLED = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "guide": "prismatic joint"}

@@ -18,7 +18,7 @@ import numpy as np
 
 from jointplay.analysis.cells import Read, Work, answered
 from jointplay.analysis.sweeps.chains import BLOCK, TOGETHER, Chain, Sweep
-from jointplay.analysis.sweeps.quarters import OUTS, Point, refined, standing, told
+from jointplay.analysis.sweeps.subdivision import OUTS, Point, refined, standing, told
 from jointplay.display.errors import Problem
 from jointplay.jobs.job import Entry
 

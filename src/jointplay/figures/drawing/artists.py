@@ -17,7 +17,7 @@ from jointplay.display import codes
 from jointplay.display.number_text import RAISED
 from jointplay.display.units import PLAIN, Shown, shown
 from jointplay.figures.drawing import select, style
-from jointplay.figures.drawing.lent import Panel
+from jointplay.figures.drawing.panel import Panel
 from jointplay.figures.drawing.smooth import smooth
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cycler import cycler
 
-from jointplay.figures.drawing.lent import Panel
+from jointplay.figures.drawing.panel import Panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -2,9 +2,9 @@
 
 The method is Radau IIA with five stages, each lane of the processor's vectors a motion of its own, with
 numbers, mode and step of its own (method.lanes). Reference: Hairer and Wanner, Solving Ordinary
-Differential Equations II, section IV.8. Validity: what nothing keeps from lanes (motion.ways). Whatever
-else is asked for is followed one by one, and so is a motion that lanes cannot finish: a body that rests on a
-wall, a loop at its dead centre.
+Differential Equations II, section IV.8. Validity: what nothing keeps from lanes (motion.eligibility).
+Whatever else is asked for is followed one by one, and so is a motion that lanes cannot finish: a body that
+rests on a wall, a loop at its dead centre.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.mechanism.structure import linkage
 from jointplay.solver.method.codes import Row, Status
+from jointplay.solver.motion.eligibility import IN_LANES, LEFT, RTOL, exclusion, of_structure
 from jointplay.solver.motion.lane_form import Form
 from jointplay.solver.motion.pieces import in_pieces, pace
 from jointplay.solver.motion.trajectory import (
@@ -35,7 +36,6 @@ from jointplay.solver.motion.trajectory import (
     scratch,
     wall_unit,
 )
-from jointplay.solver.motion.ways import IN_LANES, LEFT, RTOL, exclusion, of_structure
 
 LOG_ROWS = 8192
 AT_EVENTS = ("contacts", "trig", "reset")  # functions of a structure at one point; a wall needs its rate too
@@ -72,7 +72,7 @@ def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> lis
     """Follow the motions of models as requested, eight at once where that can be.
 
     Motions of one structure share lanes; a motion's numbers are the same to the last bit in any company. What
-    eight at once cannot do (`ways.exclusion`) is followed one by one.
+    eight at once cannot do (`eligibility.exclusion`) is followed one by one.
 
     Returns
     -------

@@ -14,10 +14,10 @@ from jointplay.solver.codegen import cache
 from jointplay.solver.equations.structure import Linkage, Oscillator
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import COUNTERS, Row, Section, Status
-from jointplay.solver.motion import company, guard_tolerances
-from jointplay.solver.motion.looks import Stopped
+from jointplay.solver.motion import batching, guard_tolerances
+from jointplay.solver.motion.eligibility import exclusion, way
 from jointplay.solver.motion.pieces import in_pieces, pace
-from jointplay.solver.motion.ways import exclusion, way
+from jointplay.solver.motion.progress import Stopped
 
 INTERRUPTED = int(Status.INTERRUPTED)
 LOG_ROWS = 4096
@@ -77,10 +77,10 @@ class Request:
 class Records:
     """Rows of a run: time, positions, speeds, modes, work; after (contact, kind) all but the samples.
 
-    `way` says how the motion was followed, by its place in `ways.WAYS`. Misses have the gap that is left in
-    place of a kind. `start` and `end` are rows, of the first and the last state. `coarse` holds beginnings
-    of steps where accelerations may be wrong (analysis.rates), after which guards fired there and the time
-    of the end.
+    `way` says how the motion was followed, by its place in `eligibility.WAYS`. Misses have the gap that is
+    left in place of a kind. `start` and `end` are rows, of the first and the last state. `coarse` holds
+    beginnings of steps where accelerations may be wrong (analysis.rates), after which guards fired there and
+    the time of the end.
     """
 
     samples: np.ndarray
@@ -102,7 +102,7 @@ def follow(model: Model, request: Request, progress: Callable[[float], None] | N
     from jointplay.solver.method.control import FULL
     from jointplay.solver.method.memory import LOGGED, SAMPLES, SECTIONS
 
-    if (records := company.asked(model, request)) is not None:
+    if (records := batching.asked(model, request)) is not None:
         return records
     began = time.perf_counter()
     prepare(model.structure)

@@ -19,7 +19,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from jointplay.analysis.labels import PLANE, Out
-from jointplay.solver.motion.looks import part
+from jointplay.solver.motion.progress import part
 
 Point = tuple[int, ...]
 Look = TypeVar("Look")

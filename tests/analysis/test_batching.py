@@ -9,7 +9,7 @@ from functools import partial
 
 import pytest
 
-from jointplay.solver.motion.company import asked, in_company, side_by_side
+from jointplay.solver.motion.batching import asked, in_company, side_by_side
 
 
 def call(name, questions, seen):

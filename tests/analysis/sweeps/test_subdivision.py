@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from jointplay.analysis.sweeps.quarters import Box, coarse, refined, standing
 from jointplay.analysis.sweeps.refine import Look, alike
+from jointplay.analysis.sweeps.subdivision import Box, coarse, refined, standing
 
 
 def run(shape, levels, function, told=lambda looks: len(set(looks)) < 2, shuffle=False):
