@@ -133,7 +133,7 @@ def test_while_cells_are_gathered_they_are_kept(tmp_path, monkeypatch, capfd):
 
 def test_no_look_comes_any_more_and_the_run_ends_all_the_same(study, tmp_path, monkeypatch):
     """A press just before the end of what looks is not lost."""
-    with pytest.raises(KeyboardInterrupt), progress.keeping():
+    with pytest.raises(KeyboardInterrupt), progress.stoppable():
         assert progress.stop()
 
 

@@ -156,7 +156,7 @@ def test_what_cannot_be_kept_starts_over(tmp_path, interrupting, capsys):
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_a_stop_that_nothing_comes_to_interrupts_all_the_same(monkeypatch):
     monkeypatch.setattr(progress, "PATIENCE", 0.05)
-    with progress.keeping():
+    with progress.stoppable():
         assert progress.stop()
         assert not progress.stop()  # the second time is in earnest
         with pytest.raises(KeyboardInterrupt):

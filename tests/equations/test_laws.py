@@ -188,7 +188,7 @@ def test_lanes_know_a_law(added, law, friction):
     (found,), alone = follow_ensemble([model], [request]), follow(model, request)
     assert found.events[:, 1].tolist() == alone.events[:, 1].tolist()
     assert np.allclose(found.events[:, 2], alone.events[:, 2], rtol=1e-4, atol=1e-6 * model.period)
-    assert found.way == 1
+    assert found.route == 1
 
 
 def test_every_friction_is_tried_in_lanes():

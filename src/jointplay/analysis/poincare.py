@@ -18,8 +18,8 @@ from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.solver.mechanism.base import Flag
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Section
-from jointplay.solver.motion.batching import beside, in_company
-from jointplay.solver.motion.eligibility import FOLLOWED, WAYS
+from jointplay.solver.motion.batching import batchable, batched
+from jointplay.solver.motion.eligibility import FOLLOWED, ROUTES
 from jointplay.solver.motion.ensemble_runs import ensemble_fits
 from jointplay.solver.motion.trajectory import Records, Request, follow
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 ONCE_A_TURN = CrankAngle()
 
 
-@beside()
+@batchable()
 @analysis(
     rules.length_fits, rules.section_fits, rules.record_fits, ensemble_fits, deferred=[rules.start_fits]
 )
@@ -81,7 +81,7 @@ def poincare(
     limit = rules.steps(motion["max_steps"])
     request = Request(end, motion["rtol"], max_steps=limit, rates=rates.needed(model, names), **fields)
     run = partial(follow, model, request, motion["progress"])
-    records = in_company(ensemble, run, followed_together)
+    records = batched(ensemble, run, followed_together)
     first = -math.inf if counted else begin
     return evaluated(
         records, len(records.sections), "turn", partial(_dataset, model, motion["rtol"], names, first)
@@ -95,7 +95,7 @@ def _dataset(
     rows = records.sections[records.sections[:, 2] >= begin][::step]
     points = rates.quantities(model, rtol, records, rows[:, 2:])
     variables = points.variables(names, "turn") | scalars(model, records)
-    variables["followed"] = coded((), records.way, FOLLOWED, WAYS)
+    variables["followed"] = coded((), records.route, FOLLOWED, ROUTES)
     variables |= described(
         {
             "time": ("turn", points.time, "s", "time of the section point"),

@@ -17,7 +17,7 @@ import numpy as np
 from jointplay.analysis.evaluate import Quantities
 from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.motion.progress import seen
+from jointplay.solver.motion.progress import ticked
 from jointplay.solver.motion.trajectory import Records, Request, functions, memory
 
 CLOSER = 1e-3  # of the tolerance
@@ -89,7 +89,7 @@ def _anew(model: Model, rtol: float, coarse: np.ndarray, places: np.ndarray, row
     motion = motion._replace(absolute=closer * motion.absolute, relative=closer * motion.relative)
     used, first = np.unique(places, return_index=True)
     compiled = functions(model.structure)
-    for i in seen(range(0, len(used), TOGETHER)):
+    for i in ticked(range(0, len(used), TOGETHER)):
         retake(flow, compiled, work, motion, options, coarse[used[i : i + TOGETHER]], first[i : i + TOGETHER])
     return motion.samples
 

@@ -26,7 +26,7 @@ from jointplay.analysis.orbits.orbit_request import start_fits
 from jointplay.analysis.partial import MOST, evaluated
 from jointplay.analysis.quantities import BALANCE, EVENTS, recorded
 from jointplay.analysis.starts import moved, placed, whole_names
-from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
+from jointplay.analysis.windows import WINDOW_RULES, Windows, marked, sample_times
 from jointplay.display.errors import InputError, Problem, refuse
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Flag, Natural, NonNegative
@@ -96,7 +96,7 @@ def _samples_fit(
 
 @analysis(
     _length_fits,
-    *BESIDE_WINDOWS,
+    *WINDOW_RULES,
     _one_way,
     _within_the_run,
     _samples_fit,

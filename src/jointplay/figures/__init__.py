@@ -102,7 +102,7 @@ def _one(dataset: Dataset | Mechanism, options: dict[str, Any]) -> Figure:
         expected = f"one cell is drawn, as {one} gives it, or a number a cell by the figure kind 'sweep'"
         raise InputError([Problem("result", f"a sweep over {', '.join(left)}", expected)])
     options.pop("kind", None)
-    with style.asked(**general):
+    with style.settings(**general):
         return panel.owner(KINDS[known["kind"]](dataset, **options))
 
 
@@ -113,7 +113,7 @@ def sheet_of(parts: Sequence[tuple[Dataset, dict[str, Any]]]) -> Figure:
         (one, {"kind": usual_kind(one, options)} | {k: v for k, v in options.items() if k not in GENERAL})
         for one, options in parts
     ]
-    with style.asked(**general):
+    with style.settings(**general):
         return panel.owner(compared(own, draw))
 
 

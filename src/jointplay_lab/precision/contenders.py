@@ -10,7 +10,7 @@ import numpy as np
 
 from jointplay.analysis.quantities import STATUS
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.motion.progress import from_progress, look
+from jointplay.solver.motion.progress import from_progress, tick
 from jointplay.solver.motion.trajectory import MAX_STEPS, Request, advance, memory
 from jointplay_lab.precision.generated_code import Equations, Event
 
@@ -119,10 +119,10 @@ class Peer:
         """Count an evaluation, and stop where time is up."""
         self.evaluations += 1
         if not self.evaluations % LOOK:
-            self.look()
+            self.tick()
 
-    def look(self) -> None:
+    def tick(self) -> None:
         """Stop where time is up."""
-        look()
+        tick()
         if time.process_time() > self.deadline:
             raise Trouble("step_limit")

@@ -31,7 +31,7 @@ from jointplay.analysis.states.ends import (
 )
 from jointplay.analysis.states.matching import by_histograms, set_distance
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.motion.progress import look
+from jointplay.solver.motion.progress import tick
 
 BLOCK, MORE = 64, 256  # starts at a time; those that may be recognised from afar
 STRETCH = 8  # turns between two looks in the transient
@@ -127,7 +127,7 @@ class Motions:
         """Follow runs for some turns; failed ones are taken out."""
         if not runs:
             return
-        look()
+        tick()
         how = replace(self.observation, turns=turns)
         cuts = section_states(self.base, [run.model for run in runs.values()], 0, how)
         good = [(n, states) for n, (states, status, _) in zip([*runs], cuts, strict=True) if not status]

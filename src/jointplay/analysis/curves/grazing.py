@@ -129,7 +129,7 @@ def _slopes(family: Family, trial: Trial, like: Point, bundle: Bundle, later: fl
     rows = gradients @ bundle.vectors.T
     own = [
         np.diff([of(moved, here[None])[0] for moved in sides], axis=0)[0] / (2 * PART * size)
-        for sides, size in zip(_beside(section.model, directions), directions.units, strict=True)
+        for sides, size in zip(_varied_models(section.model, directions), directions.units, strict=True)
     ]
     ahead = later * np.concatenate([[1.0], bundle.rate(), 0.0 * bundle.motion.modes])
     after, ago = of(section.model, np.stack([here + ahead, here - ahead]))
@@ -138,7 +138,7 @@ def _slopes(family: Family, trial: Trial, like: Point, bundle: Bundle, later: fl
     return of(section.model, here[None])[0], np.hstack([coordinates, ranges]), (after - ago) / (2 * later)
 
 
-def _beside(model: Model, directions: Directions) -> Iterator[tuple[Model, Model]]:
+def _varied_models(model: Model, directions: Directions) -> Iterator[tuple[Model, Model]]:
     """The model with its numbers a little before and after, in each direction."""
     places = {name: i for i, name in enumerate(cache.structure_module(model.structure).PARAMETERS)}
     for names, rates, size in zip(directions.names, directions.rates_of, directions.units, strict=True):

@@ -260,8 +260,8 @@ def optimise(
         end, found = descended(trials, aim.sized(trials.at(x)), x, tolerance, max_iterations)
         kept = 1.0
     aim = aim.sized(found)
-    table = _way(trials, aim) | _optimum(trials, found, first)
-    table |= beside(trials, aim, found, neighbourhood, tolerance)
+    table = _designs_tried(trials, aim) | _optimum(trials, found, first)
+    table |= neighbour_values(trials, aim, found, neighbourhood, tolerance)
     runs = [followed(design, names, by, settings) for design in (mechanism, trials.design(found.x))]
     table |= _motions(runs, found)
     table |= {"end": ENDS.index(end), "missed": aim.missed(found), "play_kept": kept}
@@ -274,7 +274,7 @@ def optimise(
     return OUTPUTS.dataset(table, of=of, **told)
 
 
-def _way(trials: Trials, aim: Aim) -> dict[str, Any]:
+def _designs_tried(trials: Trials, aim: Aim) -> dict[str, Any]:
     """The designs tried, in order."""
     made = trials.made
     whole = [each if each.share == 1 and not each.status else None for each in made]  # with all the play
@@ -361,7 +361,9 @@ def _with_share(trials: Trials, share: float) -> Trials:
     )
 
 
-def beside(trials: Trials, aim: Aim, found: Trial, share: float, tolerance: float) -> dict[str, Any]:
+def neighbour_values(
+    trials: Trials, aim: Aim, found: Trial, share: float, tolerance: float
+) -> dict[str, Any]:
     """The optimum's neighbours: each variable changed by a share of its value, within its bounds."""
     value, allowed = np.full((len(trials.by), 2), np.nan), np.zeros((len(trials.by), 2), dtype=bool)
     at = trials.low + trials.width * found.x

@@ -10,7 +10,7 @@ from jointplay.analysis.exponents import batch_means, section_exponents
 from jointplay.analysis.labels import flags
 from jointplay.jobs.columns import Plain, shared
 from jointplay.jobs.job import Entry
-from jointplay.solver.motion.eligibility import WAYS
+from jointplay.solver.motion.eligibility import ROUTES
 
 NOT_KNOWN = -1  # of whole numbers, as a period
 LABELLED = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "guide": "prismatic joint"}
@@ -80,5 +80,5 @@ def attributes(name: str, si: bool = True) -> dict[str, str]:
     """Attributes of a variable of a sweep; without units, as a test system's lengths, unless `si`."""
     units, text = ATTRIBUTES[name]
     more = {"comment": COMMENTS[name]} if name in COMMENTS else {}
-    more |= flags(WAYS) if name.endswith("followed") else {}
+    more |= flags(ROUTES) if name.endswith("followed") else {}
     return {"units": units if si else "1", "long_name": text} | more

@@ -23,7 +23,7 @@ from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.mechanism.structure import linkage
 from jointplay.solver.method.codes import Row, Status
-from jointplay.solver.motion.eligibility import IN_LANES, LEFT, RTOL, exclusion, of_structure
+from jointplay.solver.motion.eligibility import IN_LANES, LEFT, RTOL, exclusion, structure_exclusion
 from jointplay.solver.motion.lane_form import Form
 from jointplay.solver.motion.pieces import in_pieces, pace
 from jointplay.solver.motion.trajectory import (
@@ -65,14 +65,14 @@ def _exclusion(mechanism: Mechanism | TestSystem) -> str:
         given = linkage(mechanism) if isinstance(mechanism, Mechanism) else mechanism.structure()
     except InputError:
         return ""
-    return of_structure(given)
+    return structure_exclusion(given)
 
 
 def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> list[Records]:
     """Follow the motions of models as requested, eight at once where that can be.
 
-    Motions of one structure share lanes; a motion's numbers are the same to the last bit in any company. What
-    eight at once cannot do (`eligibility.exclusion`) is followed one by one.
+    Motions of one structure share lanes; a motion's numbers are the same to the last bit beside any others.
+    What eight at once cannot do (`eligibility.exclusion`) is followed one by one.
 
     Returns
     -------
@@ -167,7 +167,7 @@ def _in_lanes(pairs: list[tuple[Model, Request]], given: Sequence[Tangent] = ())
     each, found = (time.perf_counter() - began) / len(models), []
     for n, (model, request) in enumerate(asked):
         if jobs.status[n] != Status.OK:  # it steps aside, or failed: by itself it may go on
-            found.append(None if given else replace(follow(model, request), way=LEFT))
+            found.append(None if given else replace(follow(model, request), route=LEFT))
         else:
             log_of = np.concatenate(logs[n])
             found.append(_records(runs[n][0], jobs.start[n], log_of, each, len(request.at) > 1))

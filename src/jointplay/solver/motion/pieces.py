@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import lru_cache
 
 from jointplay.solver.equations.structure import Linkage, Oscillator
-from jointplay.solver.motion.progress import look
+from jointplay.solver.motion.progress import tick
 
 PIECE = 0.1  # s
 FIRST, GROWTH = 64, 8  # attempts of the first piece ever; how much longer a piece may be than the one before
@@ -66,6 +66,6 @@ def in_pieces(
         pace.learn(made() - before, time.perf_counter() - began)
         if tell is not None:
             tell()
-        look()
+        tick()
         if code != unfinished or limit == most:
             return int(code)

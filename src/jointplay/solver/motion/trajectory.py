@@ -15,7 +15,7 @@ from jointplay.solver.equations.structure import Linkage, Oscillator
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import COUNTERS, Row, Section, Status
 from jointplay.solver.motion import batching, guard_tolerances
-from jointplay.solver.motion.eligibility import exclusion, way
+from jointplay.solver.motion.eligibility import exclusion, route_of
 from jointplay.solver.motion.pieces import in_pieces, pace
 from jointplay.solver.motion.progress import Stopped
 
@@ -77,8 +77,8 @@ class Request:
 class Records:
     """Rows of a run: time, positions, speeds, modes, work; after (contact, kind) all but the samples.
 
-    `way` says how the motion was followed, by its place in `eligibility.WAYS`. Misses have the gap that is
-    left in place of a kind. `start` and `end` are rows, of the first and the last state. `coarse` holds
+    `route` says how the motion was followed, by its place in `eligibility.ROUTES`. Misses have the gap that
+    is left in place of a kind. `start` and `end` are rows, of the first and the last state. `coarse` holds
     beginnings of steps where accelerations may be wrong (analysis.rates), after which guards fired there and
     the time of the end.
     """
@@ -94,7 +94,7 @@ class Records:
     status: int
     wall_time: float
     counts: dict[str, int]
-    way: int = 0
+    route: int = 0
 
 
 def follow(model: Model, request: Request, progress: Callable[[float], None] | None = None) -> Records:
@@ -102,7 +102,7 @@ def follow(model: Model, request: Request, progress: Callable[[float], None] | N
     from jointplay.solver.method.control import FULL
     from jointplay.solver.method.memory import LOGGED, SAMPLES, SECTIONS
 
-    if (records := batching.asked(model, request)) is not None:
+    if (records := batching.batched_answer(model, request)) is not None:
         return records
     began = time.perf_counter()
     prepare(model.structure)
@@ -123,7 +123,7 @@ def follow(model: Model, request: Request, progress: Callable[[float], None] | N
     log = np.concatenate(parts)
     kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
     samples = motion.samples[: motion.count[SAMPLES]]
-    went = time.perf_counter() - began, counts(motion), way(exclusion(model, request))
+    went = time.perf_counter() - began, counts(motion), route_of(exclusion(model, request))
     return Records(samples, *kinds, start, row(motion), code, *went)
 
 
