@@ -9,7 +9,7 @@ from jointplay.solver.method import excited as EXCITED
 from jointplay.solver.method import radau
 from jointplay.solver.method.memory import GROWTH, H_EXCITED, NUMBERS, H
 from jointplay.solver.method.walls import wall_flow
-from jointplay.solver.method.walls.walls import LOOK
+from jointplay.solver.method.walls.walls import SEEK_GROWTH
 
 
 def taken(z: complex) -> float:
@@ -80,5 +80,5 @@ def test_a_flow_is_told(unit):
     functions = SimpleNamespace(linearised=lambda variant, J, out: np.copyto(out[:2], J))
     for h, expected in ((1.0, longest(J[:1, None], J[1:, None])), (1e-4, np.inf)):
         motion.real[H], motion.real[GROWTH] = h, 0.1
-        unit.at_wall(functions, LOOK, LOOK, work, motion, options)
+        unit.at_wall(functions, SEEK_GROWTH, SEEK_GROWTH, work, motion, options)
         assert motion.real[H_EXCITED] == expected

@@ -32,7 +32,7 @@ def test_each_wall_does_as_the_body_slides_there_whatever_was_chosen_before(monk
 
     chosen = []
     fakes = {"gather": gather, "choose": choose, "rough": lambda motion, j: ROUGH[j]}
-    for name, each in (fakes | dict.fromkeys(("look", "prepare"), lambda *_: None)).items():
+    for name, each in (fakes | dict.fromkeys(("contact_numbers", "prepare"), lambda *_: None)).items():
         monkeypatch.setattr(impact_map, name, each)
     functions, tangents = SimpleNamespace(contacts=None), SimpleNamespace(state=motion.s.copy())
     assert not impact_map.landing_map(functions, None, work, motion, OPTIONS, tangents, 0, True)

@@ -170,7 +170,7 @@ def longest(A, weight, n_q, n, rate):
 
 
 @inner
-def look(functions, work, motion, options):
+def find_excited(functions, work, motion, options):
     """Note the longest step that follows growing modes about the attempt in work."""
     functions.linearised(variant_of(motion.modes), work.J, work.eigen)
     weight = work.weight[options.n_q :]
@@ -182,7 +182,7 @@ def look(functions, work, motion, options):
 @inner
 def at_wall(functions, guard, at, work, motion, options):
     """Look for growing modes; stands in the place of wall_flow.at_wall where there are no walls."""
-    look(functions, work, motion, options)
+    find_excited(functions, work, motion, options)
 
 
 UNIT = {"at_wall": SIGNATURES["at_wall"]}

@@ -72,7 +72,7 @@ from .step import attempt, estimate, keep
 from .tangents.saltation import before_event, begin_tangents, jump
 from .tangents.tangent import NEUTRAL, ROWS, log_block, propagate, renew
 from .walls.sliding import walls_of
-from .walls.walls import LOOK, START, STEP, resting
+from .walls.walls import SEEK_GROWTH, START, STEP, resting
 
 _, BY_LEVEL, _ = Section.numbers()
 ROOM = 24  # log rows that one step may need
@@ -274,7 +274,7 @@ def run(functions, work, motion, options, derivatives, tangents):
         if derivatives is not None:
             excited = real[GROWTH] > 0.0 and variant > IN_FLIGHT and 0.0 <= error < 1.0
             if excited:
-                _at_wall(functions, LOOK, LOOK, work, motion, options)
+                _at_wall(functions, SEEK_GROWTH, SEEK_GROWTH, work, motion, options)
         if error < 0.0:
             count[FAILED] += 1
             real[H], real[H_LIMIT] = 0.5 * h, 0.75 * h

@@ -161,7 +161,7 @@ SIGNATURES = {
     "vary": void(vector, vector),
     "divergence": void(vector),
     "gradient": void(INT, vector, vector, vector, vector),
-    "turned": void(INT, vector, vector, vector),
+    "reset_slopes": void(INT, vector, vector, vector),
 }
 
 
@@ -194,7 +194,7 @@ class Variations(NamedTuple):
     vary: Callable
     divergence: Callable
     gradient: Callable
-    turned: Callable
+    reset_slopes: Callable
 
 
 FUNCTIONS, VARIATIONS = Record(Functions, SIGNATURES), Record(Variations, SIGNATURES)

@@ -46,7 +46,7 @@ def special(functions, lanes, jobs, i):
     """Decide what to do with an attempt of lane i that is not plain."""
     w, phase, verdict = lanes.w, lanes.whole[8 * rows.PHASE + i], _verdict(lanes.w, i)
     if verdict == 0:
-        w[8 * rows.JOINED + i] = 1.0
+        w[8 * rows.CONTINUES + i] = 1.0
         return
     job = lanes.whole[8 * rows.JOB + i]
     work, options = work_at(jobs.work, 0), options_at(jobs.options, job)
@@ -71,7 +71,7 @@ def special(functions, lanes, jobs, i):
     elif found >= REJECTED:
         _shorten(lanes, jobs, motion, options, i, number, found)
     elif found == MET:
-        lanes.whole[8 * rows.MEETS + i] = 1
+        lanes.whole[8 * rows.EVENT_FOLLOWS + i] = 1
 
 
 @inlined
@@ -89,14 +89,14 @@ def _verdict(w, i):
     if solved(size, before, turned):
         return 1
     theta = size / before
-    hopeful = turned <= MAX_TURN and size < 1e10 and w[8 * rows.WAS_JOINED + i] == 0.0
+    hopeful = turned <= MAX_TURN and size < 1e10 and w[8 * rows.CONTINUED + i] == 0.0
     return 0 if hopeful and theta < 0.7 and size * theta * theta * theta <= NEWTON else -1
 
 
 @inner
 def begin(lanes, i, h):
     """Let the next attempt have the length h, within its bounds."""
-    w, fast = lanes.w, lanes.w[8 * rows.SWIFT + i]
+    w, fast = lanes.w, lanes.w[8 * rows.TURN_SPEED + i]
     for r in range(lanes.n):
         fast = max(fast, lanes.turning[r] * abs(w[8 * (rows.SPEED + r) + i]))
     w[8 * rows.H_NEXT + i] = bounded(h, fast, MAX_TURN, w[8 * rows.END + i] - w[8 * rows.T + i])
@@ -109,8 +109,8 @@ def _shorten(lanes, jobs, motion, options, i, h, found):
     motion.count[REJECTIONS if found == REJECTED else FAILURES] += 1
     lanes.whole[8 * rows.PHASE + i] = STEPPING
     w[8 * rows.LEFT + i] -= 1.0
-    w[8 * rows.H_CONTROL + i], w[8 * rows.REJECTION + i], w[8 * rows.ODD + i] = h, 1.0, 1.0
-    w[8 * rows.WITHIN + i] = 0.0
+    w[8 * rows.H_CONTROL + i], w[8 * rows.REJECTION + i], w[8 * rows.SPECIAL + i] = h, 1.0, 1.0
+    w[8 * rows.STASHED + i] = 0.0
     begin(lanes, i, h)
     if not h > instant(w[8 * rows.T + i], options.chatter_time):
         gather(lanes, jobs, motion, i)
@@ -179,7 +179,7 @@ def _again(lanes, i, phase, h):
     """The next attempt is the same step, shorter."""
     w = lanes.w
     lanes.whole[8 * rows.PHASE + i], lanes.whole[8 * rows.TRIES + i] = phase, 0
-    w[8 * rows.SMOOTH + i], w[8 * rows.OFFSET + i], w[8 * rows.ODD + i] = 1.0, 0.0, 1.0
+    w[8 * rows.SMOOTH + i], w[8 * rows.OFFSET + i], w[8 * rows.SPECIAL + i] = 1.0, 0.0, 1.0
     w[8 * rows.H_NEXT + i] = h
 
 
@@ -242,12 +242,12 @@ def _taken(lanes, i, later, place):
         if lanes.whole[8 * rows.PHASE + i] == STEPPING:
             lanes.real[8 * rows.LENGTH + i] = h
         _copy(w, lanes.stash, i)
-        w[8 * rows.WITHIN + i] = 1.0
+        w[8 * rows.STASHED + i] = 1.0
         _again(lanes, i, SECTION, max(place, 0.1 * AT_START) * h)
         return
     w[8 * rows.TAKEN + i], w[8 * rows.LATER + i] = 1.0, later
     w[8 * rows.WHOLE + i] = 1.0 if guard < 0 else 0.0
-    lanes.whole[8 * rows.MEETS + i] = 0 if guard < 0 else 1
+    lanes.whole[8 * rows.EVENT_FOLLOWS + i] = 0 if guard < 0 else 1
     lanes.whole[8 * rows.PHASE + i] = STEPPING
 
 
@@ -266,14 +266,14 @@ def _crossed(lanes, jobs, work, motion, options, i):
     passed = motion.count[LEVELS_PASSED]
     w[8 * rows.AHEAD + i] = motion.real[SECTION_LEVEL] + passed * options.period * options.direction
     _copy(lanes.stash, w, i)
-    w[8 * rows.WITHIN + i] = 0.0
+    w[8 * rows.STASHED + i] = 0.0
     return TAKEN, lanes.real[8 * rows.DELTA + i]
 
 
 @inner
 def _copy(source, to, i):
     """Copy the rows of a lane that settling a step needs."""
-    for r in (rows.H, rows.ERROR, rows.WAS_JOINED, rows.PASSES):
+    for r in (rows.H, rows.ERROR, rows.CONTINUED, rows.PASSES):
         to[8 * r + i] = source[8 * r + i]
     for first_row, end in ((rows.X, rows.JACOBIAN), (rows.Z, rows.W), (rows.WATCHES, rows.STEP_END)):
         for at in range(8 * first_row + i, 8 * end, 8):

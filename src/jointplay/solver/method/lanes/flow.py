@@ -78,7 +78,7 @@ def run(functions, parts, vectorised, lanes, jobs, derivatives, tangents, frame)
             if w[8 * rows.PLAIN + i] == 0.0 and lanes.whole[8 * rows.JOB + i] >= 0:
                 odd |= 1 << i
                 parts.special(functions, lanes, jobs, i)
-                events |= lanes.whole[8 * rows.MEETS + i] << i
+                events |= lanes.whole[8 * rows.EVENT_FOLLOWS + i] << i
                 if w[8 * rows.TAKEN + i] > 0.0 and w[8 * rows.PASSES + i] > 0.0:
                     parts.approaches(functions, lanes, jobs, i)
         if tangents is not None:

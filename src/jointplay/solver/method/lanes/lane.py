@@ -46,9 +46,14 @@ def enter(functions, lanes, jobs, i):
     _take_up(lanes, jobs, motion, i)
     for r in range(len(motion.p)):
         w[8 * (rows.NUMBERS + r) + i] = motion.p[r]
-    w[8 * rows.TOLERANCE + i], w[8 * rows.SWIFT + i] = motion.relative[lanes.n_q], MAX_TURN / options.h_max
+    w[8 * rows.TOLERANCE + i], w[8 * rows.TURN_SPEED + i] = (
+        motion.relative[lanes.n_q],
+        MAX_TURN / options.h_max,
+    )
     w[8 * rows.END + i], w[8 * rows.LEFT + i] = options.t_end, options.max_steps
-    w[8 * rows.H_PAST + i] = w[8 * rows.OFFSET + i] = w[8 * rows.ERROR_BEFORE + i] = w[8 * rows.ODD + i] = 1.0
+    w[8 * rows.H_PAST + i] = w[8 * rows.OFFSET + i] = w[8 * rows.ERROR_BEFORE + i] = w[
+        8 * rows.SPECIAL + i
+    ] = 1.0
     w[8 * rows.H_LIMIT + i], w[8 * rows.H_CONTROL + i] = 1e300, motion.real[H]
     begin(lanes, i, motion.real[H])
     w[8 * rows.H + i] = w[8 * rows.H_NEXT + i]
@@ -97,12 +102,12 @@ def event(functions, lanes, jobs, i):
     for variant in (SLIPPING, STICKING):  # in lanes one form of the equations has both
         motion.real[H_VARIANT + variant] = w[8 * (rows.H_VARIANT + SLIPPING) + i]
         motion.real[H_START + variant] = motion.real[H_START + SLIPPING]
-    lanes.whole[8 * rows.MEETS + i] = 0
+    lanes.whole[8 * rows.EVENT_FOLLOWS + i] = 0
     plain_event(functions, work, motion, options, lanes.whole[8 * rows.AT + i])
     signed(jobs, motion, job)
     scatter(lanes, motion, i)
     w[8 * rows.SMOOTH + i], w[8 * rows.REJECTION + i], w[8 * rows.H_BEFORE + i] = 0.0, 0.0, 0.0
-    w[8 * rows.H_LIMIT + i], w[8 * rows.ODD + i], w[8 * rows.H_CONTROL + i] = 1e300, 1.0, motion.real[H]
+    w[8 * rows.H_LIMIT + i], w[8 * rows.SPECIAL + i], w[8 * rows.H_CONTROL + i] = 1e300, 1.0, motion.real[H]
     begin(lanes, i, motion.real[H])
     w[8 * rows.H + i] = w[8 * rows.H_NEXT + i]
     lanes.whole[8 * rows.FRESH + i] = 1
@@ -118,7 +123,7 @@ def ends(lanes, jobs, i):
     end, stop = w[8 * rows.END + i], options.stop_after
     if lanes.whole[8 * rows.PHASE + i] == DONE:
         return True
-    if lanes.whole[8 * rows.PHASE + i] != STEPPING or w[8 * rows.JOINED + i] > 0.0:
+    if lanes.whole[8 * rows.PHASE + i] != STEPPING or w[8 * rows.CONTINUES + i] > 0.0:
         return False
     if at_end(w[8 * rows.T + i], end):
         w[8 * rows.T + i] = end

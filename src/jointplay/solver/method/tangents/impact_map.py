@@ -6,8 +6,8 @@ which it acts, the impulses follow from g_a(z+) + s_a(z-) = 0: s = r g where a w
     dz+ = dz- + sum_a (p_a dw_a + dp_a w_a),    dg_a(z+) + ds_a(z-) = 0,
 
 which is one linear system, of the matrix that the impact itself has. Where a body slips, q = -+f p has no
-equation of its own. It is a function of time, state and directions, as `turned` gives it (codegen.variation).
-The work of a drive that imposes a speed, sum_a p_a D_a, is treated as one more speed.
+equation of its own. It is a function of time, state and directions, as `reset_slopes` (codegen.variation)
+gives it. The work of a drive that imposes a speed, sum_a p_a D_a, is treated as one more speed.
 
 Where a body comes to rest, all that has acted on it at that instant (the impact, what `impacts.lay` takes
 away, what puts it on its walls) comes to one plastic impact on the walls on which it rests then: no gap of
@@ -17,7 +17,7 @@ of rebounds it is that of the limit too, to second order in the speed of those l
 
 from ..interface import inner
 from ..memory import CHOICE, EQUATIONS, JAMMED, MEMBERS, PUSH, SHARE, SIZE, STATE, TARGET, WALL
-from ..modes import look
+from ..modes import contact_numbers
 from ..walls.impacts import drive_share, gather, prepare, push, rough
 from ..walls.impulses import (
     IMPOSSIBLE,
@@ -76,7 +76,7 @@ def impact_map(functions, derivatives, work, motion, options, tangents):
         guard[c] = gradient[c]
     for r in range(len(s)):
         after[r], s[r] = s[r], q[STATE + r]
-    look(functions.contacts, motion.modes, m, s, p, work.contact)
+    contact_numbers(functions.contacts, motion.modes, m, s, p, work.contact)
     for i in range(SIZE * columns):
         right[i] = 0.0
     _explicit(functions, derivatives, work, motion, options, tangents, responses)
@@ -112,7 +112,7 @@ def landing_map(functions, derivatives, work, motion, options, tangents, j, seve
     """
     walls = len(motion.modes) - len(motion.flags)
     if not (several or rough(motion, j)):
-        derivatives.turned(walls + j, tangents.state, motion.p, tangents.D)
+        derivatives.reset_slopes(walls + j, tangents.state, motion.p, tangents.D)
         return True
     q, jammed = work.impact, motion.count[JAMMED]
     members = gather(functions, j, work, motion, -1.0)
@@ -123,7 +123,7 @@ def landing_map(functions, derivatives, work, motion, options, tangents, j, seve
         q[CHOICE + i] = _slides(work, motion, options, i)
     for r in range(len(motion.s)):
         work.predicted[r], motion.s[r] = motion.s[r], tangents.state[r]
-    look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
     prepare(functions, work, motion, members)
     alike = choose(q, members, 1.0) < IMPOSSIBLE and _leads(
         functions, work, motion, options, tangents, members
@@ -173,7 +173,7 @@ def _leads(functions, work, motion, options, tangents, members):
 def _explicit(functions, derivatives, work, motion, options, tangents, responses):
     """Start tangents.D as at fixed impulses, and note the vectors w_a; the state is that before."""
     q, n_q, n, walls = work.impact, options.n_q, options.n, len(motion.modes) - len(motion.flags)
-    width, columns, turned = 1 + n_q + n, len(tangents.gradient), tangents.room[: len(tangents.D)]
+    width, columns, slopes = 1 + n_q + n, len(tangents.gradient), tangents.room[: len(tangents.D)]
     s, p, work_row = motion.s, motion.p, work_place(tangents, n_q, n)
     for i in range(len(tangents.D)):
         tangents.D[i] = 0.0
@@ -188,11 +188,13 @@ def _explicit(functions, derivatives, work, motion, options, tangents, responses
             for r in range(n):
                 responses[a * (n + 1) + r] = s[1 + n_q + r] - q[STATE + 1 + n_q + r]
                 s[1 + n_q + r] = q[STATE + 1 + n_q + r]
-            derivatives.turned(2 * len(motion.modes) + int(q[WALL + a // 2]) + (a % 2) * walls, s, p, turned)
+            derivatives.reset_slopes(
+                2 * len(motion.modes) + int(q[WALL + a // 2]) + (a % 2) * walls, s, p, slopes
+            )
             for r in range(n):
-                turned[r * width + 1 + n_q + r] -= 1.0
+                slopes[r * width + 1 + n_q + r] -= 1.0
             for i in range(len(tangents.D)):
-                tangents.D[i] += q[PUSH + a] * turned[i]
+                tangents.D[i] += q[PUSH + a] * slopes[i]
     for i in range(int(q[MEMBERS])):
         ratio, normal = drawn(q, i), q[PUSH + 2 * i]
         if ratio != 0.0 and columns > width:

@@ -81,7 +81,7 @@ def before_event(functions, derivatives, variant, motion, options, tangents, gua
     if wall >= 0 and motion.modes[len(motion.flags) + wall] > RELEASED:
         tangents.real[STUCK_BEFORE] = np.inf  # it lets go: nothing jumps, nothing is lost
     elif wall >= 0:
-        derivatives.turned(wall, motion.s, motion.p, tangents.D)
+        derivatives.reset_slopes(wall, motion.s, motion.p, tangents.D)
         tangents.count[RESET] = 1
     elif guard < 4 * len(motion.flags) and motion.flags[guard // 4] & REMEMBERS:
         tangents.count[RESET] = ENTERS if motion.modes[guard // 4] == FREE else MAY_LEAVE
@@ -90,12 +90,12 @@ def before_event(functions, derivatives, variant, motion, options, tangents, gua
 @inner
 def jump(functions, derivatives, work, motion, options, tangents, guard):
     """Take the tangents through an event that has just been handled."""
-    wall, turned = _wall_of(motion, guard), tangents.count[RESET]
-    leaves = turned == MAY_LEAVE and motion.modes[guard // 4] == FREE
-    if turned == ENTERS or leaves:  # of what else the state holds, that is no function of what jumps
+    wall, kind = _wall_of(motion, guard), tangents.count[RESET]
+    leaves = kind == MAY_LEAVE and motion.modes[guard // 4] == FREE
+    if kind == ENTERS or leaves:  # of what else the state holds, that is no function of what jumps
         memory = 2 * walls_of(motion) + guard // 4 + leaves * len(motion.flags)
-        derivatives.turned(memory, motion.s, motion.p, tangents.D)
-    reset = turned == 1 or turned == ENTERS or leaves
+        derivatives.reset_slopes(memory, motion.s, motion.p, tangents.D)
+    reset = kind == 1 or kind == ENTERS or leaves
     rests = reset and wall >= 0 and motion.modes[len(motion.flags) + wall] > RELEASED
     several = reset and wall >= 0 and work.impact[MEMBERS] > 0.0
     held = reset and wall >= 0 and resting(motion) > 0 and motion.group[wall] >= 0
@@ -189,7 +189,7 @@ def project_at_rest(functions, derivatives, motion, options, tangents, held):
         j = n % walls
         if motion.modes[len(motion.flags) + j] > RELEASED:
             held = 1.0
-            derivatives.turned(walls + j, motion.s, motion.p, tangents.D)
+            derivatives.reset_slopes(walls + j, motion.s, motion.p, tangents.D)
             _project_all(tangents, options)
     if held > 0.0:
         tangents.count[JUMPS] += 1

@@ -32,7 +32,7 @@ from ..memory import (
     TARGET,
     WALL,
 )
-from ..modes import FREE, IMPACT, RELEASED, look
+from ..modes import FREE, IMPACT, RELEASED, contact_numbers
 from ..record import note
 from ..sections import count_event
 from .impulses import (
@@ -117,7 +117,7 @@ def plastic(work, wall):
 def gather(functions, j, work, motion, within):
     """Note wall j, walls on which bodies rest, and walls met within a time; their number."""
     members = 0
-    look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
     for i in range(len(motion.modes) - len(motion.flags)):
         if i == j or _met(work, motion, within, i):
             motion.count[JAMMED] += members == MOST
@@ -187,14 +187,14 @@ def _aim(functions, i, work, motion):
     closing = q[BEFORE + 2 * i] < 0.0 and motion.modes[first + wall] == FREE
     if closing and not has:
         functions.reset(wall, motion.s, motion.p)
-        look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
         r = -_rate(work, motion, 2 * i) / q[BEFORE + 2 * i]
         _back(work, motion)
     q[TARGET + i] = -r * q[BEFORE + 2 * i] if closing else 0.0
     for a in range(2 * i, 2 * i + 2):
         if a == 2 * i or has:
             push(functions, work, motion, a)
-            look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+            contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
         for b in range(2 * members):
             turned = (a == 2 * i or has) and (b % 2 == 0 or rough(motion, int(q[WALL + b // 2])))
             q[MATRIX + SIZE * b + a] = _rate(work, motion, b) - q[BEFORE + b] if turned else 0.0

@@ -17,7 +17,7 @@ from ..modes import (
     STICK,
     STICK_ONSET,
     balance,
-    look,
+    contact_numbers,
 )
 from .impacts import rough
 
@@ -61,24 +61,24 @@ def _holds(work, motion, j):
 def grip(functions, j, work, motion, options):
     """Decide the sliding of a body on wall j, a rough one, from here on; whether it slips, or sticks."""
     at, out = len(motion.flags) + j, work.contact
-    look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
     before, mode = motion.modes[at], sliding(work, motion, options, j)
     if mode != RESTING:
         _together(motion, j, mode, 0, options.speed_tolerance)
     else:
         _together(motion, j, SLIP_POSITIVE, 1, options.speed_tolerance)
-        look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
         plus, up = out[6 * (len(motion.modes) + j) + 5], out[6 * at + 4] < 0.0
         _together(motion, j, SLIP_NEGATIVE, 1, options.speed_tolerance)
-        look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
         mode = balance(plus, out[6 * (len(motion.modes) + j) + 5], before)
         pushes = up if mode == SLIP_POSITIVE else out[6 * at + 4] < 0.0
         if mode != STICK and not pushes:
             _together(motion, j, STICK, 0, options.speed_tolerance)
-            look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
+            contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
             mode = STICK if _holds(work, motion, j) else mode
         _together(motion, j, mode, 0 if mode == STICK else 1, options.speed_tolerance)
-    look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
 
 
 @inner
@@ -86,7 +86,7 @@ def rub(functions, j, work, motion, options):
     """Slip on wall j ends at the base point, or sticking does: change modes; the kind of event."""
     at = len(motion.flags) + j
     if motion.modes[at] == STICK:
-        look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
         friction = 0.0
         for i in range(walls_of(motion)):
             if motion.group[i] == motion.group[j] and motion.modes[len(motion.flags) + i] == STICK:

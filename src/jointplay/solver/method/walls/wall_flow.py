@@ -1,13 +1,13 @@
 """Handling of events at rigid walls, compiled only for structures that have some; called by address."""
 
-from ..excited import look
+from ..excited import find_excited
 from ..interface import SIGNATURES, inner
 from ..memory import EVENT_ROW, EVENTS
 from ..modes import REST
 from ..record import note
 from ..sections import count_event
 from .sliding import rub, walls_of
-from .walls import LOOK, START, STEP, begin, hold, stay, strike
+from .walls import SEEK_GROWTH, START, STEP, begin, hold, stay, strike
 
 
 @inner
@@ -24,8 +24,8 @@ def at_wall(functions, guard, at, work, motion, options):
     if guard == STEP:
         stay(functions, motion)
         return
-    if guard == LOOK:
-        look(functions, work, motion, options)
+    if guard == SEEK_GROWTH:
+        find_excited(functions, work, motion, options)
         return
     j, time, lasting = guard - 4 * len(motion.flags), motion.s[0], -1.0
     if j < walls_of(motion):

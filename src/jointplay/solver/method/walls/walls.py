@@ -23,7 +23,7 @@ from ..modes import (
     SLIP_NEGATIVE,
     SLIP_POSITIVE,
     STICKS,
-    look,
+    contact_numbers,
     mask,
     touch,
     variant_of,
@@ -31,7 +31,7 @@ from ..modes import (
 from .impacts import bring, laid, lay, plastic, rough, together
 from .sliding import grip, sliding, walls_of
 
-START, STEP, LOOK = -1, -2, -3  # in the place of a guard; the last of excited.at_wall
+START, STEP, SEEK_GROWTH = -1, -2, -3  # in the place of a guard; the last of excited.at_wall
 ROUNDS = 3  # of the iteration for T, each of which gains an order in v
 FEW = 4.0  # margins of a gap: lower rebounds are those of its rounding, which would keep them up
 STEADY = 0.1  # share of a by which it may change until the last impact
@@ -77,7 +77,7 @@ def _ahead(functions, j, work, motion, options, later):
         s[1 + options.n_q + r] += later * work.w[rates + 8 * r + 7]
     s[0] += later
     functions.trig(s, motion.p)
-    look(functions.contacts, motion.modes, motion.m, s, motion.p, work.contact)
+    contact_numbers(functions.contacts, motion.modes, motion.m, s, motion.p, work.contact)
     return work.contact[6 * at + 5]
 
 
@@ -98,7 +98,7 @@ def _lasting(functions, j, work, motion, options, before):
     The body has just left the wall, which it met with the speed `before`.
     """
     at = len(motion.flags) + j
-    look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
     v, a, lasts = work.contact[6 * at + 2], work.contact[6 * at + 5], 0.0
     ratio, now = v / before if before > 0.0 else 0.0, a
     if not (low(v, a, options) and ratio < 1.0):
@@ -134,7 +134,7 @@ def _settles_too(work, options, i):
 def _opening(functions, j, work, motion, options):
     """Multiplicity with which gap j starts at zero, from the base point, in flight."""
     at = len(motion.flags) + j
-    look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
     v, a = work.contact[6 * at + 2], work.contact[6 * at + 5]
     if v > 0.0:
         return 1
@@ -153,7 +153,7 @@ def strike(functions, j, work, motion, options):
         settle(functions, j, motion)
         motion.modes[at], motion.fired[guard], motion.margin[guard] = FREE, 3, options.gap_rounding
         return SEPARATION, -1.0
-    look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
     if work.contact[6 * at + 1] < 0.0:
         move(functions, j, work, motion, options)
         _slide_on(functions, work, motion, options)
@@ -163,7 +163,7 @@ def strike(functions, j, work, motion, options):
     if before > 0.0 and not several:  # else the gap opens, and rounding alone has closed it
         functions.reset(j, motion.s, motion.p)
     motion.fired[guard] = _opening(functions, j, work, motion, options)
-    look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
     if not several:
         _lose(work.contact, at, -before, work.contact[6 * at + 2], motion.work)
     throw_off(work, motion, options)
@@ -180,13 +180,13 @@ def move(functions, j, work, motion, options):
     functions.reset(j, s, p)
     motion.fired[4 * len(flags) + j] = 0
     for i in range(len(flags)):
-        look(functions.contacts, modes, m, s, p, out)
+        contact_numbers(functions.contacts, modes, m, s, p, out)
         u = out[6 * i]
         if modes[i] == FREE and u > 0.0:
             touch(functions.contacts, i, flags, modes, m, s, p, options.speed_tolerance, out)
         elif modes[i] > FREE and u < 0.0:
             modes[i] = FREE
-    look(functions.contacts, modes, m, s, p, out)
+    contact_numbers(functions.contacts, modes, m, s, p, out)
     throw_off(work, motion, options)
 
 
@@ -229,16 +229,16 @@ def _slide_on(functions, work, motion, options):
 def hold(functions, j, work, motion, options):
     """The body rests on wall j from here on."""
     at = len(motion.flags) + j
-    look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
     if rough(motion, j) and (work.contact[6 * at + 2] > options.speed_tolerance or not plastic(work, j)):
         lay(functions, j, work, motion, options)
-        look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
     if len(motion.work) > JOINTS and resting(motion) > 0 and not laid(work) and not plastic(work, j):
         bring(functions, j, work, motion)
     else:
         _lose(work.contact, at, work.contact[6 * at + 2], 0.0, motion.work)
     settle(functions, j, motion)
-    look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
     guard = 4 * len(motion.flags) + j  # from here on the push, which has no margin
     motion.fired[guard] = 1 if work.contact[6 * at + 5] >= 0.0 else 0  # it begins to be pressed there
     motion.margin[guard] = 0.0
@@ -290,7 +290,7 @@ def begin(functions, work, motion, options):
     for j in range(walls_of(motion)):
         at = len(motion.flags) + j
         motion.margin[4 * len(motion.flags) + j] = options.gap_rounding
-        look(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
         if moves_with(work, at, options):
             motion.fired[4 * len(motion.flags) + j] = _opening(functions, j, work, motion, options)
             motion.real[H] = max(motion.real[H], LEAP * options.chatter_time)
