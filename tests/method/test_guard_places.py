@@ -1,4 +1,4 @@
-"""Places of guards, in the order of numerics.memory: what a rough wall does is noted at its own."""
+"""Places of guards, in the order of method.memory: what a rough wall does is noted at its own."""
 
 from types import SimpleNamespace
 
