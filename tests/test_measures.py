@@ -26,9 +26,9 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 38_477,
-    "code lines of its analyses": 12_476,
-    "code lines of all three packages": 43_766,
+    "code lines of the suite": 38_624,
+    "code lines of its analyses": 12_499,
+    "code lines of all three packages": 43_918,
     "files of the suite": 401,
     "files with one reader": 95,
     "entries at the top of the suite": 10,

@@ -12,9 +12,9 @@ import jointplay as jp
 from jointplay.analysis.quantities import STATUS
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.loops import turning
+from jointplay.solver.motion.eligibility import ROUTES
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay.solver.motion.ways import WAYS
 
 L, M, G, SPEED = 1.0, 1.0, 9.81, -1.0
 
@@ -131,6 +131,6 @@ def test_lanes_leave_it_to_one_by_one():
     for request, run in zip(asked, found, strict=True):
         alone, arrives = follow(slack, request), request.duration > 1
         assert STATUS[run.status] == STATUS[alone.status] == ("not_converged" if arrives else "ok")
-        assert WAYS[run.way] == ("left_lanes" if arrives else "in_lanes")
+        assert ROUTES[run.route] == ("left_lanes" if arrives else "in_lanes")
         assert run.samples.shape == alone.samples.shape
         assert np.allclose(run.samples, alone.samples, atol=1e-5)

@@ -11,8 +11,8 @@ from jointplay.analysis.quantities import EVENTS
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.motion import ensemble_runs
+from jointplay.solver.motion.eligibility import exclusion
 from jointplay.solver.motion.trajectory import follow
-from jointplay.solver.motion.ways import hindrance
 from tests.support.belt import LAWS, STICKING, ratio
 
 from ..method.test_tangent import NEAR, compare
@@ -65,7 +65,7 @@ def test_lanes_follow_the_same_motion(name):
         scenes.append(assemble(rubbing(name, clearance=float(clearance)), section="angle:crank"))
     found = ensemble_runs.follow_ensemble(scenes, [asked(each, 1, 1e-6) for each in scenes])
     for each, records in zip(scenes, found, strict=True):
-        assert not hindrance(each, asked(each, 1, 1e-6))
+        assert not exclusion(each, asked(each, 1, 1e-6))
         truth = follow(each, asked(each, 1, 1e-11, at=np.array([each.period])))
         assert records.status == 0
         assert records.events[:, 1].tolist() == truth.events[:, 1].tolist()

@@ -89,7 +89,7 @@ def test_margins_of_sliding_speeds_follow_the_start():
     slow, fast = (
         assemble(catalog.chunmei2002(), {"crank_angle": 0.0, "crank_speed": speed}) for speed in (1.0, 3e5)
     )
-    rests = [memory(model, Request(1.0, 1e-12))[2].rest for model in (slow, fast)]
+    rests = [memory(model, Request(1.0, 1e-12))[2].speed_tolerance for model in (slow, fast)]
     assert rests[1] > 100 * rests[0]
 
 

@@ -13,8 +13,8 @@ from jointplay import catalog
 from jointplay.analysis import tangents
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.parts.friction import Friction
+from jointplay.solver.motion.eligibility import exclusion
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay.solver.motion.ways import hindrance
 from tests.support.belt import LAWS, LUGRE, belt, ratio
 from tests.support.plain import Point, plain
 from tests.support.tangent_map import tangent_map
@@ -128,4 +128,4 @@ def test_forces_and_energy_in_a_linkage(mechanism):
     F_t, F_n = found.tangential_force.values[touching], found.normal_force.values[touching]
     share = np.abs(F_t / F_n)
     assert 0.2 < np.median(share) < 0.6
-    assert hindrance(assemble(mechanism), Request(1.0, 1e-6)) == "bristles"
+    assert exclusion(assemble(mechanism), Request(1.0, 1e-6)) == "bristles"

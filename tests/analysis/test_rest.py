@@ -25,10 +25,10 @@ SEPARATION, IMPACT, REST = (EVENTS.index(name) for name in ("separation", "impac
 def events(system, start, end, rtol=1e-10, begin=0.0):
     """Events (time, wall, kind, speed before) of a motion that begins at the time `begin`."""
     model = assemble(system, start)
-    k, x, o = memory(model, Request(end, rtol, events=True, log_from=0.0))
-    x.s[0] = begin
-    assert cache.method("flow").flow(functions(model.structure), k, x, o, None, None) == OK
-    rows = x.log[: x.count[LOGGED]]
+    work, motion, options = memory(model, Request(end, rtol, events=True, log_from=0.0))
+    motion.s[0] = begin
+    assert cache.method("flow").flow(functions(model.structure), work, motion, options, None, None) == OK
+    rows = motion.log[: motion.count[LOGGED]]
     return [(row[3], int(row[1]), EVENTS[int(row[2])], abs(row[5])) for row in rows]
 
 

@@ -20,7 +20,7 @@ from jointplay.analysis import declared, evaluate, partial
 from jointplay.analysis.sweeps import gather
 from jointplay.cli import main
 from jointplay.jobs import interrupts
-from jointplay.solver.motion import looks
+from jointplay.solver.motion import progress
 from jointplay.study.results import provenance, store
 from jointplay.study.results.outcome import name_of
 
@@ -131,8 +131,8 @@ def test_while_cells_are_gathered_they_are_kept(tmp_path, monkeypatch, capfd):
 
 def test_no_look_comes_any_more_and_the_run_ends_all_the_same(study, tmp_path, monkeypatch):
     """A press just before the end of what looks is not lost."""
-    with pytest.raises(KeyboardInterrupt), looks.keeping():
-        assert looks.stop()
+    with pytest.raises(KeyboardInterrupt), progress.stoppable():
+        assert progress.stop()
 
 
 @pytest.fixture

@@ -35,7 +35,7 @@ assert not code
 """
 COMPARE = """
 from jointplay.study.file import load
-from jointplay.study.standing import refuse_other
+from jointplay.study.result_state import refuse_other
 refuse_other(load("quickstart.toml").record, Path(sys.argv[2]))
 """
 COMPILES = "sympy numba llvmlite"

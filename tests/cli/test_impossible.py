@@ -163,7 +163,7 @@ def test_an_impossible_folder_is_seen_before_any_work(out, study, calls, tmp_pat
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a disk that is always full, of Linux")
 def test_a_full_disk_is_seen_before_any_work(tmp_path, monkeypatch):
-    monkeypatch.setattr(store, "beside", lambda _: tmp_path / "full")
+    monkeypatch.setattr(store, "temporary_name", lambda _: tmp_path / "full")
     (tmp_path / "full").symlink_to("/dev/full")
     with pytest.raises(InputError, match="No space left"):
         store.check_writable(tmp_path)

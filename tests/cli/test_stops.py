@@ -12,7 +12,7 @@ import pytest
 
 from jointplay.analysis.orbits.branch import Tracer
 from jointplay.cli import main
-from jointplay.solver.motion import looks
+from jointplay.solver.motion import progress
 from jointplay.study.results.outcome import name_of
 from jointplay.study.results.store import open_result
 from tests.support.program import jointplay
@@ -96,7 +96,7 @@ def interrupting(monkeypatch):
             os.kill(os.getpid(), signal.SIGINT)
 
     monkeypatch.setattr("jointplay.display.terminal.Progress.__call__", pressed)
-    monkeypatch.setattr(looks, "PATIENCE", 60.0)  # longer than whatever compiles meanwhile
+    monkeypatch.setattr(progress, "PATIENCE", 60.0)  # longer than whatever compiles meanwhile
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
@@ -119,13 +119,13 @@ def test_what_a_single_analysis_has_is_kept_apart_from_its_result(kind, tmp_path
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_a_branch_is_kept_although_no_look_comes(tmp_path, interrupting, monkeypatch, capsys):
     def busy(self, last, length):
-        if looks._stop.asked:
+        if progress._stop.asked:
             time.sleep(60)
         return advance(self, last, length)
 
     advance = Tracer._advance
     monkeypatch.setattr(Tracer, "_advance", busy)
-    monkeypatch.setattr(looks, "PATIENCE", 0.05)
+    monkeypatch.setattr(progress, "PATIENCE", 0.05)
     analysis, worth_keeping = KEPT["continuation"]
     study = tmp_path / "one.toml"
     study.write_text(f'kind = "continuation"\n{SYSTEM}{analysis}')
@@ -155,9 +155,9 @@ def test_what_cannot_be_kept_starts_over(tmp_path, interrupting, capsys):
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_a_stop_that_nothing_comes_to_interrupts_all_the_same(monkeypatch):
-    monkeypatch.setattr(looks, "PATIENCE", 0.05)
-    with looks.keeping():
-        assert looks.stop()
-        assert not looks.stop()  # the second time is in earnest
+    monkeypatch.setattr(progress, "PATIENCE", 0.05)
+    with progress.stoppable():
+        assert progress.stop()
+        assert not progress.stop()  # the second time is in earnest
         with pytest.raises(KeyboardInterrupt):
             time.sleep(60)

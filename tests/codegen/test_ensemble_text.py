@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.solver.codegen.lanes import algebra, equations, hindrance
+from jointplay.solver.codegen.lanes import algebra, equations, exclusion
 from jointplay.solver.equations.write import system
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.method.lanes import layout as rows
@@ -60,7 +60,7 @@ QUICK = ("one joint", "a memory", "a memory that sticks", "two joints", "a loop"
 def test_rates_guards_and_slopes_are_those_of_one_trajectory(name):
     make, words = SCENES[name]
     model, random = assemble(make()), np.random.default_rng(4)
-    assert not hindrance(model.structure)
+    assert not exclusion(model.structure)
     functions = run(equations.text(system(model.structure)))
     n, count, p = len(model.turning), len(model.joints), model.numbers
     turned, loops = len(functions.PHASES), len(model.structure.loops)

@@ -22,7 +22,7 @@ from jointplay import catalog
 from jointplay.solver.codegen import cache, objects
 from jointplay.solver.codegen.generated import Function, _address
 from jointplay.solver.codegen.instructions import written
-from jointplay.solver.codegen.lanes import hindrance
+from jointplay.solver.codegen.lanes import exclusion
 from jointplay.solver.codegen.reader import RefusedError, Text
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay_page.script.translate import Script
@@ -56,7 +56,7 @@ def texts(name):
     found["variation"] = made("variation", structure, sizes["first"], bool(sizes["planned"]))
     if not sizes["planned"]:
         found["algebra"] = cache._writer("algebra").text(sizes["positions"], sizes["speeds"])
-    if not hindrance(structure):
+    if not exclusion(structure):
         found["ensemble"] = made("lanes.equations", structure)
     return found
 

@@ -15,9 +15,9 @@ from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.parts.joints import Contact, Friction
 from jointplay.solver.method.codes import Event
+from jointplay.solver.motion.eligibility import exclusion
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay.solver.motion.ways import hindrance
 from tests.equations.drop import arguments
 from tests.support.belt import LAWS as RUBBING
 from tests.support.belt import NUMPY, contact
@@ -184,11 +184,11 @@ def test_lanes_know_a_law(added, law, friction):
     mechanism = linkage(law, FRICTION[friction], clearance=5e-5)
     model = assemble(mechanism, section="angle:crank")
     request = Request(0.15 * model.period, 1e-6, events=True, log_from=-1.0)
-    assert not hindrance(model, request)
+    assert not exclusion(model, request)
     (found,), alone = follow_ensemble([model], [request]), follow(model, request)
     assert found.events[:, 1].tolist() == alone.events[:, 1].tolist()
     assert np.allclose(found.events[:, 2], alone.events[:, 2], rtol=1e-4, atol=1e-6 * model.period)
-    assert found.way == 1
+    assert found.route == 1
 
 
 def test_every_friction_is_tried_in_lanes():

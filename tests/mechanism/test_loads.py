@@ -14,7 +14,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.parts.drive import PrescribedTorque, SpeedProfile
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.mechanism.structure import linkage
-from jointplay.solver.motion.ways import of_structure
+from jointplay.solver.motion.eligibility import structure_exclusion
 from tests.mechanism.wrong import listed, only, problems_of
 
 FORCE = {"name": "press", "kind": "force", "on": {"link": "rocker", "at": 0.1}, "direction": 0.3}
@@ -145,17 +145,17 @@ def test_exponents_are_not_of_a_passing_motion():
 
 def test_loads_go_in_lanes_but_no_speed_that_varies():
     plain = catalog.chunmei2002()
-    assert not of_structure(linkage(plain))
+    assert not structure_exclusion(linkage(plain))
     torque = {"kind": "torque", "link": "crank", "constant": 1.0, "nominal_speed": 9.0}
     steady = {"name": "pull", "kind": "force", "on": FORCE["on"], "constant": 5.0, "direction": 0.3}
-    assert of_structure(linkage(plain.replace(drive=PROFILE))) == "imposed_motion"
+    assert structure_exclusion(linkage(plain.replace(drive=PROFILE))) == "imposed_motion"
     for changes in (
         {"loads": [steady, FORCE, TORQUE]},
         {"springs": [SPRING]},
         {"gravity_direction": 0.0},
         {"drive": torque},
     ):
-        assert not of_structure(linkage(plain.replace(**changes)))
+        assert not structure_exclusion(linkage(plain.replace(**changes)))
 
 
 def test_a_load_without_a_kind_names_the_kinds():

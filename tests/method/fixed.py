@@ -19,10 +19,15 @@ def follow(system, duration, h, initial=None):
     in the same units and is divided by it too.
     """
     model = assemble(system, initial)
-    k, x, o = trajectory.memory(model, trajectory.Request(duration, rtol=LOOSE))
-    x.real[memory.H] = h
+    work, motion, options = trajectory.memory(model, trajectory.Request(duration, rtol=LOOSE))
+    motion.real[memory.H] = h
     code = cache.method("flow").flow(
-        trajectory.functions(model.structure), k, x, o._replace(h_max=h, newton=NEWTON / LOOSE), None, None
+        trajectory.functions(model.structure),
+        work,
+        motion,
+        options._replace(h_max=h, newton=NEWTON / LOOSE),
+        None,
+        None,
     )
     assert code == OK
-    return x.s[1 : 1 + len(x.absolute)].copy(), x.count[:5].tolist()
+    return motion.s[1 : 1 + len(motion.absolute)].copy(), motion.count[:5].tolist()

@@ -16,9 +16,9 @@ from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.method.codes import Event
 from jointplay.solver.method.lanes import radau as r
+from jointplay.solver.motion.eligibility import ROUTES
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay.solver.motion.ways import WAYS
 
 TURNS = 1.2
 
@@ -90,7 +90,7 @@ def test_sections_at_events_and_late_records_are_those_of_one_trajectory():
     requests = [asked(each, 1e-7, log_from=0.016 * each.period, misses=True, **ask) for each in scenes]
     for each, request, found in zip(scenes, requests, follow_ensemble(scenes, requests), strict=True):
         alone = follow(each, request)
-        assert WAYS[found.way] == "in_lanes"
+        assert ROUTES[found.route] == "in_lanes"
         for name in ("sections", "events", "misses"):
             ours, theirs = getattr(found, name), getattr(alone, name)
             assert ours[:, 0].tolist() == theirs[:, 0].tolist()

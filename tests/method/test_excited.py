@@ -7,9 +7,9 @@ import pytest
 
 from jointplay.solver.method import excited as EXCITED
 from jointplay.solver.method import radau
-from jointplay.solver.method.memory import FOLLOWED, GROWTH, NUMBERS, H
+from jointplay.solver.method.memory import GROWTH, H_EXCITED, NUMBERS, H
 from jointplay.solver.method.walls import wall_flow
-from jointplay.solver.method.walls.walls import LOOK
+from jointplay.solver.method.walls.walls import SEEK_GROWTH
 
 
 def taken(z: complex) -> float:
@@ -74,11 +74,11 @@ def test_only_what_grows_shortens_a_step():
 def test_a_flow_is_told(unit):
     """Of what grows about an attempt; a step that is short for all there is needs no eigenvalues."""
     J = np.array([-1e6, 2.0])
-    k = SimpleNamespace(J=J, eigen=np.zeros(6), weight=np.ones(2))
-    x = SimpleNamespace(real=np.zeros(NUMBERS), modes=np.array([2]))
-    o = SimpleNamespace(n_q=1, n=1)
-    f = SimpleNamespace(linearised=lambda variant, J, out: np.copyto(out[:2], J))
+    work = SimpleNamespace(J=J, eigen=np.zeros(6), weight=np.ones(2))
+    motion = SimpleNamespace(real=np.zeros(NUMBERS), modes=np.array([2]))
+    options = SimpleNamespace(n_q=1, n=1)
+    functions = SimpleNamespace(linearised=lambda variant, J, out: np.copyto(out[:2], J))
     for h, expected in ((1.0, longest(J[:1, None], J[1:, None])), (1e-4, np.inf)):
-        x.real[H], x.real[GROWTH] = h, 0.1
-        unit.at_wall(f, LOOK, LOOK, k, x, o)
-        assert x.real[FOLLOWED] == expected
+        motion.real[H], motion.real[GROWTH] = h, 0.1
+        unit.at_wall(functions, SEEK_GROWTH, SEEK_GROWTH, work, motion, options)
+        assert motion.real[H_EXCITED] == expected

@@ -11,18 +11,18 @@ from jointplay.solver.method.walls.impulses import IMPOSSIBLE, PUSHES, SEPARATES
 
 WALLS = 5  # two of one guide to which the body sticks, one along which it slips each way, a smooth one
 GUIDES, SPEEDS, ROUGH = (0, 0, 1, 2, 3), (0.0, 0.01, 2.0, -3.0, 1.0), (True, True, True, True, False)
-OPTIONS = SimpleNamespace(rest=0.1)
+OPTIONS = SimpleNamespace(speed_tolerance=0.1)
 
 
 @pytest.mark.parametrize("stale", [SEPARATES, PUSHES, SLIPS_UP, SLIPS_DOWN, STICKS])
 def test_each_wall_does_as_the_body_slides_there_whatever_was_chosen_before(monkeypatch, stale):
-    x = memory.trajectory(np.zeros(7), np.zeros(0), 3, 0, 0, WALLS, WALLS)
-    x.group[:] = GUIDES
-    q, contact = np.zeros(memory.STATE + len(x.s)), np.zeros(6 * 2 * WALLS)
+    motion = memory.trajectory(np.zeros(7), np.zeros(0), 3, 0, 0, WALLS, WALLS)
+    motion.group[:] = GUIDES
+    q, contact = np.zeros(memory.STATE + len(motion.s)), np.zeros(6 * 2 * WALLS)
     q[memory.CHOICE : memory.CHOICE + WALLS], contact[6 * WALLS + 2 :: 6] = stale, SPEEDS
-    k = SimpleNamespace(impact=q, contact=contact, ahead=np.zeros(len(x.s)))
+    work = SimpleNamespace(impact=q, contact=contact, predicted=np.zeros(len(motion.s)))
 
-    def gather(f, j, k, x, share):
+    def gather(functions, j, work, motion, share):
         q[memory.MEMBERS], q[memory.WALL : memory.WALL + WALLS] = WALLS, np.arange(WALLS)
         return WALLS
 
@@ -31,11 +31,11 @@ def test_each_wall_does_as_the_body_slides_there_whatever_was_chosen_before(monk
         return IMPOSSIBLE
 
     chosen = []
-    fakes = {"gather": gather, "choose": choose, "rough": lambda x, j: ROUGH[j]}
-    for name, each in (fakes | dict.fromkeys(("look", "prepare"), lambda *_: None)).items():
+    fakes = {"gather": gather, "choose": choose, "rough": lambda motion, j: ROUGH[j]}
+    for name, each in (fakes | dict.fromkeys(("contact_numbers", "prepare"), lambda *_: None)).items():
         monkeypatch.setattr(impact_map, name, each)
-    f, y = SimpleNamespace(contacts=None), SimpleNamespace(state=x.s.copy())
-    assert not impact_map.landing_map(f, None, k, x, OPTIONS, y, 0, True)
+    functions, tangents = SimpleNamespace(contacts=None), SimpleNamespace(state=motion.s.copy())
+    assert not impact_map.landing_map(functions, None, work, motion, OPTIONS, tangents, 0, True)
     assert chosen == [[STICKS, PUSHES, SLIPS_UP, SLIPS_DOWN, PUSHES]]
 
 

@@ -73,5 +73,5 @@ def test_an_iteration_of_one_lane_goes_on_while_three_more_updates_would_end_it(
     for row, value in ((layout.SIZE_BEFORE, before), (layout.SIZE, size), (layout.TURNED, turned)):
         w[8 * row + lane] = value
     assert attempts._verdict(w, lane) == verdict
-    w[8 * layout.WAS_JOINED + lane] = 1.0  # it has had more already
+    w[8 * layout.CONTINUED + lane] = 1.0  # it has had more already
     assert attempts._verdict(w, lane) == (DONE if verdict == DONE else FAILED)

@@ -141,7 +141,7 @@ def test_a_run_ends_at_its_end():
     model, random = assemble(jp.catalog.impact_pair(3.0, 0.8)), np.random.default_rng(1)
     for begin, span in zip(random.uniform(0.0, 0.01, 300), random.uniform(0.1, 0.3, 300), strict=True):
         end = begin + span
-        k, x, o = run_memory(model, Request(end, 1e-6, at=np.array([end])))
-        x.s[0] = begin
-        code = cache.method("flow").flow(functions(model.structure), k, x, o, None, None)
-        assert (code, x.s[0], x.samples[0, 0]) == (OK, end, end)
+        work, motion, options = run_memory(model, Request(end, 1e-6, at=np.array([end])))
+        motion.s[0] = begin
+        code = cache.method("flow").flow(functions(model.structure), work, motion, options, None, None)
+        assert (code, motion.s[0], motion.samples[0, 0]) == (OK, end, end)

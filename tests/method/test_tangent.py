@@ -167,15 +167,15 @@ def test_tangents_leave_the_motion_alone():
     """Where they tolerate every step, the motion is the same to the last bit, with any number of tangents."""
     model = assemble(catalog.chunmei2002(**RUBBING))
     request = trajectory.Request(3 * model.period, 1e-8)
-    k, x, o = trajectory.memory(model, request)
-    cache.method("flow").flow(trajectory.functions(model.structure), k, x, o, None, None)
+    work, motion, options = trajectory.memory(model, request)
+    cache.method("flow").flow(trajectory.functions(model.structure), work, motion, options, None, None)
     for count in (1, 6):
         bundle = tangents.Bundle(model, request, np.eye(6)[:count])
-        bundle.y.real[tangent.LIMIT] = np.inf
+        bundle.tangents.real[tangent.LIMIT] = np.inf
         while bundle.advance() == bundle.full:
             bundle.taken()
-        assert np.array_equal(bundle.x.s, x.s)
-        assert np.array_equal(bundle.x.count, x.count)
+        assert np.array_equal(bundle.motion.s, motion.s)
+        assert np.array_equal(bundle.motion.count, motion.count)
 
 
 def test_a_stop_and_go_changes_no_bit():
@@ -185,6 +185,6 @@ def test_a_stop_and_go_changes_no_bit():
         bundle.record(block)
         while bundle.advance() == bundle.full:
             assert len(bundle.taken()) == 1
-        ends.append((bundle.vectors, bundle.y.logs.copy()))
+        ends.append((bundle.vectors, bundle.tangents.logs.copy()))
     assert np.array_equal(ends[0][0], ends[1][0])
     assert np.array_equal(ends[0][1], ends[1][1])

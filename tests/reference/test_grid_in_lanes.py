@@ -13,13 +13,13 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.solver.codegen.lanes import HINDRANCES
+from jointplay.solver.codegen.lanes import EXCLUSIONS
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.structure import linkage
 from jointplay.solver.method.codes import Event
+from jointplay.solver.motion.eligibility import IN_LANES, ROUTES, exclusion, structure_exclusion
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, _excites, follow
-from jointplay.solver.motion.ways import IN_LANES, WAYS, hindrance, of_structure
 from tests.support.laws_grid import PAIRS, mechanism
 
 TORQUE = {"kind": "torque", "link": "crank", "constant": 0.5, "nominal_speed": 100.0}
@@ -75,11 +75,11 @@ def as_one_by_one(model):
     scenes = list(starts(model))
     cut = {"level": model.crank_angle + 1.0, "period": math.tau, "direction": 1}
     request = Request(TURNS * model.period, 1e-7, events=True, misses=True, log_from=-1.0, **cut)
-    assert not any(hindrance(each, request) for each in scenes)
+    assert not any(exclusion(each, request) for each in scenes)
     found, counts, late = follow_ensemble(scenes, [request] * STARTS), [], []
     for each, records in zip(scenes, found, strict=True):
         truth, alone = (follow(each, replace(request, rtol=rtol)) for rtol in (1e-11, 1e-7))
-        assert (records.status, truth.status, records.way) == (0, 0, IN_LANES)
+        assert (records.status, truth.status, records.route) == (0, 0, IN_LANES)
         counts.append([shared(run, truth) for run in (records, alone)])
         half = counts[-1][1] // 2
         assert counts[-1][0] >= half
@@ -106,11 +106,11 @@ def compared(model):
     scenes = list(starts(model))
     cut = {"level": model.crank_angle + 1.0, "period": math.tau, "direction": 1}
     request = Request(TURNS * model.period, 1e-8, events=True, misses=True, log_from=-1.0, **cut)
-    assert not any(hindrance(each, request) for each in scenes)
+    assert not any(exclusion(each, request) for each in scenes)
     found, met, late = follow_ensemble(scenes, [request] * STARTS), 0, []
     for each, records in zip(scenes, found, strict=True):
         truth = follow(each, replace(request, rtol=1e-11))
-        assert (records.status, truth.status, records.way) == (0, 0, IN_LANES)
+        assert (records.status, truth.status, records.route) == (0, 0, IN_LANES)
         ours, own = met_by(records.events), met_by(truth.events)
         same = ours[:, :2].tolist() == own[:, :2].tolist()
         met += same
@@ -188,17 +188,17 @@ def test_what_friction_may_excite_is_looked_for_or_not_in_lanes(friction):
     """Steps that are long for a vibration that grows would damp it, and lanes do not look for such."""
     structure = linkage(mechanism("four_bar", "hertz", friction, False))
     assert _excites(structure)
-    assert of_structure(structure) == "falling_friction"
+    assert structure_exclusion(structure) == "falling_friction"
 
 
-@pytest.mark.parametrize("word", HINDRANCES)
+@pytest.mark.parametrize("word", EXCLUSIONS)
 def test_what_lanes_do_not_take_has_a_word(word):
-    assert of_structure(HINDERED[word]()) == word
+    assert structure_exclusion(HINDERED[word]()) == word
 
 
 def test_each_word_is_explained():
     page = (Path(__file__).parents[2] / "docs" / "integrator.md").read_text(encoding="utf-8")
-    assert [word for word in WAYS if f"| `{word}` |" not in page] == []
+    assert [word for word in ROUTES if f"| `{word}` |" not in page] == []
 
 
 TWO_PHASES = {
@@ -248,7 +248,7 @@ def sorts(name):
 )
 def test_own_equations_are_as_one_by_one(name):
     scenes, request = sorts(name)
-    assert not any(hindrance(each, request) for each in scenes)
+    assert not any(exclusion(each, request) for each in scenes)
     found, met, late = follow_ensemble(scenes, [request] * MANY), [], []
     for each, records in zip(scenes, found, strict=True):
         truth = follow(each, request)
@@ -262,7 +262,7 @@ def test_own_equations_are_as_one_by_one(name):
             pairs += [(records.samples, truth.samples)] * bool(len(request.at))
             late.append(max(np.abs(a - b).max(initial=0.0) for a, b in pairs))
     assert np.mean(met) >= 0.999
-    assert np.mean([each.way == IN_LANES for each in found]) >= 0.9
+    assert np.mean([each.route == IN_LANES for each in found]) >= 0.9
     assert np.median(late) < SAME
 
 
@@ -287,7 +287,7 @@ def test_what_comes_to_rest_on_a_wall_steps_aside():
     for each, records in zip(scenes, follow_ensemble(scenes, [request] * len(scenes)), strict=True):
         truth = follow(each, request)
         rested.append(Event.REST in truth.events[:, 1])
-        assert WAYS[records.way] == ("left_lanes" if rested[-1] else "in_lanes")
-        assert records.way == IN_LANES or records.events.tobytes() == truth.events.tobytes()
+        assert ROUTES[records.route] == ("left_lanes" if rested[-1] else "in_lanes")
+        assert records.route == IN_LANES or records.events.tobytes() == truth.events.tobytes()
         assert records.events[:, :2].tolist() == truth.events[:, :2].tolist()
     assert any(rested)

@@ -27,9 +27,9 @@ from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.loops import turning
 from jointplay.solver.mechanism.parameters import Parameter
+from jointplay.solver.motion.eligibility import ROUTES, exclusion
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay.solver.motion.ways import WAYS, hindrance
 from tests.support import driven
 from tests.support.driven_scenes import CORNER, FORCED, JUMP, LAMP, RESTING, RUBBED, own, pinned, written
 from tests.support.tangent_map import tangent_map
@@ -167,7 +167,7 @@ def reached(model, duration: float) -> tuple[np.ndarray, list]:
     request = Request(duration, RTOL, at=np.array([duration]), events=True, log_from=0.0)
     records = follow(model, request)
     state = records.end[1 : 1 + len(model.state)] / tangents.scales(model)
-    return state, [records.status, records.way, *(tuple(row[:2].astype(int)) for row in records.events)]
+    return state, [records.status, records.route, *(tuple(row[:2].astype(int)) for row in records.events)]
 
 
 def together(models: Callable, duration: float) -> Callable:
@@ -235,7 +235,7 @@ def in_lanes(models: Callable, duration: float) -> Callable:
         found = follow_ensemble(made, [request] * len(made))
         ends = np.array([each.end[1 : 1 + len(scale)] for each in found]) / scale
         events = [[tuple(row[:2].astype(int)) for row in each.events] for each in found]
-        return ends, [[each.status, each.way, *some] for each, some in zip(found, events, strict=True)]
+        return ends, [[each.status, each.route, *some] for each, some in zip(found, events, strict=True)]
 
     return image
 
@@ -272,7 +272,7 @@ def test_in_lanes_twins_have_the_same_tangents(name):
     """Of motions that differ in the start, and in the parameter; what does not go in lanes says why."""
     scene = SCENES[name]
     model, value = scene.model, Parameter(scene.make(), scene.key).value
-    assert hindrance(model, Request(scene.duration, LANES)) == scene.lanes
+    assert exclusion(model, Request(scene.duration, LANES)) == scene.lanes
     if scene.lanes:
         return
     scale, along = tangents.scales(model), directions(model)[0]
@@ -283,7 +283,9 @@ def test_in_lanes_twins_have_the_same_tangents(name):
     ]
     for tangent, models in pairs:
         image = in_lanes(models, scene.duration)
-        assert {WAYS[how] for _, how, *_ in image([0.0])[1]} == {"left_lanes" if scene.leaves else "in_lanes"}
+        assert {ROUTES[how] for _, how, *_ in image([0.0])[1]} == {
+            "left_lanes" if scene.leaves else "in_lanes"
+        }
         twin, error = extrapolated(image, STEPS)
         assert SURE * error < BOUND_IN_LANES
         assert apart(tangent, twin) < BOUND_IN_LANES
@@ -298,9 +300,9 @@ def test_a_tangent_in_lanes_spans_the_area_of_twins(name):
         model = assemble(section, scene.start, section="angle:crank")
     (run,) = grown_together([model], [Stretch(Request(scene.duration, LANES), 1, 0.0)])
     if not isinstance(section, jp.Mechanism):
-        assert WAYS[run.way] == "exponents"
+        assert ROUTES[run.route] == "exponents"
         return
-    assert WAYS[run.way] == "in_lanes"
+    assert ROUTES[run.route] == "in_lanes"
     scale, own = tangents.scales(model), frame(2, tangents.scales(model))[1]
     rate = tangents.Bundle(model, Request(1e-12), np.zeros((0, len(scale)))).rate()
     starts = (of_start(scene.model, each) for each in (rate, own))
@@ -350,7 +352,7 @@ def test_impacts_at_one_instant_have_no_derivative():
 def test_impacts_at_one_instant_are_those_of_one_trajectory_in_lanes():
     model, request = assemble(own(**TWO)), Request(2.0, LANES, events=True, log_from=0.0)
     (found,), alone = follow_ensemble([model], [request]), follow(model, request)
-    assert WAYS[found.way] == "in_lanes"
+    assert ROUTES[found.route] == "in_lanes"
     assert sorted(found.events[:, :2].tolist()) == sorted(alone.events[:, :2].tolist())
     assert len(found.events) > 1
     assert np.allclose(found.end, alone.end, rtol=0, atol=1e-6)

@@ -11,7 +11,7 @@ import pytest
 
 from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS
-from jointplay.solver.codegen.lanes import HINDRANCES
+from jointplay.solver.codegen.lanes import EXCLUSIONS
 from jointplay.solver.mechanism.assemble import assemble
 from tests.support.features import LAYOUTS, LEVELS, covering, of, pairs, scene
 from tests.support.second_run import RUNS
@@ -63,7 +63,7 @@ def test_every_level_is_in_some_pair_and_every_refusal_has_a_reason():
     assert fit == {(name, level) for name, levels in LEVELS.items() for level in levels}
     assert all(isinstance(why, str) for why in table.values())
     lanes = {why for pair, why in table.items() if ("way", "lanes") in pair and why}
-    assert lanes - {"lanes make section points"} <= {*HINDRANCES}
+    assert lanes - {"lanes make section points"} <= {*EXCLUSIONS}
 
 
 def test_what_is_said_to_fit_is_accepted():

@@ -14,7 +14,18 @@ from . import kernels
 from .in_node import needs_node, ran
 
 MODULES = (
-    *("control", "doubts", "events", "flow", "modes", "polynomial", "record", "sections", "sparse", "step"),
+    *(
+        "coarse_steps",
+        "control",
+        "events",
+        "flow",
+        "modes",
+        "polynomial",
+        "record",
+        "sections",
+        "sparse",
+        "step",
+    ),
     *("tangents.frame", "tangents.saltation", "tangents.tangent"),
     *("walls.impacts", "walls.wall_flow", "walls.walls"),
 )

@@ -14,7 +14,7 @@ from jointplay.analysis.sweeps import chains
 from jointplay.jobs import worker
 from jointplay.jobs.job import CRASHED, redone, remaining
 from jointplay.jobs.journal import Journal
-from jointplay.solver.motion.ways import WAYS
+from jointplay.solver.motion.eligibility import ROUTES
 from jointplay.study import execute
 from jointplay.study import run as study_run
 from jointplay.study.run import first_work
@@ -67,7 +67,7 @@ def test_chains_in_lanes_are_those_one_by_one(whole):
 def test_what_lanes_cannot_do_goes_one_by_one_and_says_so():
     found = ran_in_memory(MAP, "vary.clearance=[0, 2e-5, 3e-5]", "analysis.direction=['up']",
                           "vary.gear_ratio={start=2.9,stop=3.1,num=16}")  # fmt: skip
-    assert {WAYS[way] for way in found.followed.values[:, 0].ravel()} == {"no_clearance"}
+    assert {ROUTES[way] for way in found.followed.values[:, 0].ravel()} == {"no_clearance"}
     assert found.followed.values[:, 1:].min() == 1
     assert not found.cell_status.any()
 

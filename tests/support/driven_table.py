@@ -16,7 +16,7 @@ import numpy as np
 
 from jointplay.analysis import rules
 from jointplay.analysis.gradients.evaluated import Run
-from jointplay.analysis.gradients.wanted import quantity
+from jointplay.analysis.gradients.selection import quantity
 from jointplay.analysis.tangents import Bundle, scales
 from jointplay.display.errors import InputError
 from jointplay.solver.codegen import cache

@@ -20,9 +20,9 @@ from jointplay.jobs.job import CRASHED, Entry, Job, Kept, Notes, key_of
 from jointplay.jobs.worker import in_tasks
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import Status
-from jointplay.solver.motion.company import side_by_side
+from jointplay.solver.motion.batching import batch
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
-from jointplay.solver.motion.looks import from_progress, look
+from jointplay.solver.motion.progress import from_progress, tick
 from jointplay.solver.motion.trajectory import Request, follow
 
 T = TypeVar("T")
@@ -97,7 +97,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Beside:
+class Batch:
     """A job of several cells that run side by side, as if each were alone: their motions share lanes."""
 
     own: tuple[Cell, ...]
@@ -113,22 +113,22 @@ class Beside:
         notes.begin(self.own[0].key)
         calls = [partial(guarded, cell.function, cell.keywords) for cell in self.own]
         with warnings.catch_warnings():  # what each sets for itself may end in another order
-            answers = side_by_side(calls, followed_together)
+            answers = batch(calls, followed_together)
         for key, answer in zip(self.keys, answers, strict=True):
             notes.put(key, answer)
 
-    def only(self, key: str) -> Beside:
+    def only(self, key: str) -> Batch:
         """Give the job of one cell."""
-        return Beside(tuple(cell for cell in self.own if cell.key == key))
+        return Batch(tuple(cell for cell in self.own if cell.key == key))
 
-    def sample(self) -> Beside:
+    def sample(self) -> Batch:
         """All of them: the cost is that of cells side by side."""
         return self
 
-    def left(self, done: Container[str], _: Mapping[str, Entry]) -> Beside | None:
+    def left(self, done: Container[str], _: Mapping[str, Entry]) -> Batch | None:
         """Give the unfinished cells; None if all are finished."""
         rest = tuple(cell for cell in self.own if cell.key not in done)
-        return Beside(rest) if rest else None
+        return Batch(rest) if rest else None
 
 
 def handed_out(
@@ -216,7 +216,7 @@ def in_memory(n_jobs: int | None, work: Work) -> Read:
     workers = min(JOBS if n_jobs is None else n_jobs, len(work.jobs))
     if workers > 1:
         work.warm()
-        in_tasks(work.jobs, workers, take=lambda done: kept.add(done.answers), look=look)
+        in_tasks(work.jobs, workers, take=lambda done: kept.add(done.answers), tick=tick)
     else:
         for job in work.jobs:
             job.run(kept)

@@ -16,7 +16,7 @@ from jointplay.solver.equations.structure import powers
 from jointplay.solver.mechanism.model import DEEP, Model
 from jointplay.solver.method.codes import COUNTERS, Mode
 from jointplay.solver.motion.guard_tolerances import ends
-from jointplay.solver.motion.looks import seen
+from jointplay.solver.motion.progress import ticked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,7 +84,7 @@ class Quantities:
             values = outputs.evaluate(self.module, keys, self.given(rows))
             return {key: np.broadcast_to(value, len(rows)) for key, value in values.items()}
         whole = {key: np.empty(len(rows)) for key in keys}
-        for first in seen(range(0, len(rows), BLOCK)):
+        for first in ticked(range(0, len(rows), BLOCK)):
             part = rows[first : first + BLOCK]
             for key, value in outputs.evaluate(self.module, keys, self.given(part)).items():
                 whole[key][first : first + BLOCK] = value

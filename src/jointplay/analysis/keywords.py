@@ -50,7 +50,7 @@ from jointplay.solver.mechanism.base import (
 from jointplay.solver.mechanism.loops import turning
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.mechanism.signature import Rule, Usual, checked, unpack
-from jointplay.solver.motion.looks import reported
+from jointplay.solver.motion.progress import reported
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -28,21 +28,21 @@ def in_own_units(mechanism: Any, given: Mapping[str, Any]) -> dict[str, Any]:
     """
     if not isinstance(mechanism, Mechanism | TestSystem):
         return dict(given)
-    ways = dict.fromkeys(("over", "by", "plane", "region"), _named)
-    ways |= {"initial": _start, "starts": _starts, "subject": _subject, "section": _section}
+    converters = dict.fromkeys(("over", "by", "plane", "region"), _named)
+    converters |= {"initial": _start, "starts": _starts, "subject": _subject, "section": _section}
     plane = given.get("plane")
     followed = next(iter(plane), FOLLOWED) if isinstance(plane, Mapping) else FOLLOWED
     parameter = given.get("parameter", followed)
     if {"range", "plane"} & given.keys() and isinstance(parameter, str):
-        ways |= dict.fromkeys(
+        converters |= dict.fromkeys(
             ("range", "start"), lambda mechanism, value: in_si(value, declared_units(mechanism, parameter))
         )
-    return {key: _tried(ways.get(key), mechanism, value) for key, value in given.items()}
+    return {key: _tried(converters.get(key), mechanism, value) for key, value in given.items()}
 
 
-def _tried(way: Callable[[Any, Any], Any] | None, mechanism: Any, value: Any) -> Any:
+def _tried(converter: Callable[[Any, Any], Any] | None, mechanism: Any, value: Any) -> Any:
     try:
-        return value if way is None else way(mechanism, value)
+        return value if converter is None else converter(mechanism, value)
     except InputError as error:
         return Refused(error)
 

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from jointplay.solver.motion.looks import Late, Stopped
+from jointplay.solver.motion.progress import Aborted, Stopped
 from jointplay.solver.motion.trajectory import INTERRUPTED, Records
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def evaluated(
     Every row counts, unless the run was interrupted, or is so now; then at most `MOST` do.
     """
     if records.status != INTERRUPTED:
-        with suppress(Stopped, Late):
+        with suppress(Stopped, Aborted):
             return make(records, 1)
         records = replace(records, status=INTERRUPTED)
     step = math.ceil(max(rows, 1) / MOST)

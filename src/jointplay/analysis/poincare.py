@@ -21,10 +21,10 @@ from jointplay.display.number_text import plain
 from jointplay.solver.mechanism.base import Flag
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Section
-from jointplay.solver.motion.company import beside, in_company
+from jointplay.solver.motion.batching import batchable, batched
+from jointplay.solver.motion.eligibility import FOLLOWED, ROUTES
 from jointplay.solver.motion.ensemble_runs import ensemble_fits
 from jointplay.solver.motion.trajectory import Records, Request, follow
-from jointplay.solver.motion.ways import FOLLOWED, WAYS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,7 +66,7 @@ OUTPUTS = Outputs(
     {"QUANTITY": Out("turn", "what `record` asks for", "")}
     | OF_A_MODEL
     | {
-        "followed": Out((), FOLLOWED, flags=WAYS),
+        "followed": Out((), FOLLOWED, flags=ROUTES),
         "time": Out("turn", "time of the section point", "s"),
         "section_joint": Out("turn", "joint of the point; -1: none"),
         "section_event": Out("turn", "kind of event", flags=EVENTS),
@@ -75,7 +75,7 @@ OUTPUTS = Outputs(
 )
 
 
-@beside()
+@batchable()
 @analysis(
     rules.length_fits,
     rules.section_fits,
@@ -126,7 +126,7 @@ def poincare(
     limit = rules.steps(motion["max_steps"])
     request = Request(end, motion["rtol"], max_steps=limit, rates=rates.needed(model, names), **fields)
     run = partial(follow, model, request, motion["progress"])
-    records = in_company(ensemble, run, followed_together)
+    records = batched(ensemble, run, followed_together)
     first = -math.inf if counted else begin
     return evaluated(
         records, len(records.sections), "turn", partial(_dataset, model, motion["rtol"], names, first)
@@ -139,7 +139,7 @@ def _dataset(
     """The dataset of the section points from a time on, every so many-th."""
     rows = records.sections[records.sections[:, 2] >= begin][::step]
     points = rates.quantities(model, rtol, records, rows[:, 2:])
-    values = {"turn": np.arange(len(rows)), "time": points.time, "followed": records.way}
+    values = {"turn": np.arange(len(rows)), "time": points.time, "followed": records.route}
     values |= {"section_joint": rows[:, 0].astype(np.int16), "section_event": rows[:, 1]}
     groups, warning = {"QUANTITY": points.variables(names, "turn")}, beyond_the_model(points)
     found = OUTPUTS.dataset(values | run_values(model, records), model=model, groups=groups, **warning)

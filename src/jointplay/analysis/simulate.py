@@ -21,7 +21,7 @@ from jointplay.analysis.orbits.orbit_request import start_fits
 from jointplay.analysis.partial import MOST, evaluated
 from jointplay.analysis.quantities import BALANCE, EVENTS, WORDS, recorded
 from jointplay.analysis.starts import moved, placed, whole_names
-from jointplay.analysis.windows import BESIDE_WINDOWS, WINDOW, Windows, marked, sample_times
+from jointplay.analysis.windows import WINDOW, WINDOW_RULES, Windows, marked, sample_times
 from jointplay.display.errors import InputError, Problem, refuse
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Flag, Natural, NonNegative
@@ -116,7 +116,7 @@ OUTPUTS = Outputs(
 
 @analysis(
     _length_fits,
-    *BESIDE_WINDOWS,
+    *WINDOW_RULES,
     _one_way,
     _within_the_run,
     _samples_fit,
@@ -288,7 +288,7 @@ def _starts_anew(model: Model, time: float) -> bool:
 def _alike(model: Model, records: Records) -> bool:
     """Whether contacts and switches begin there in the modes in which they are."""
     n_x, time = len(model.state), float(records.end[0])
-    k, x, o = memory(moved(model, records.end[1 : 1 + n_x]), Request(time))
-    x.s[0] = time
-    advance(model.structure, k, x, o)
-    return bool(np.all(x.modes == records.end[1 + n_x :][: len(x.modes)]))
+    work, motion, options = memory(moved(model, records.end[1 : 1 + n_x]), Request(time))
+    motion.s[0] = time
+    advance(model.structure, work, motion, options)
+    return bool(np.all(motion.modes == records.end[1 + n_x :][: len(motion.modes)]))

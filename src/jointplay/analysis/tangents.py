@@ -12,7 +12,7 @@ from jointplay.solver.codegen import cache
 from jointplay.solver.equations.structure import Linkage, Oscillator
 from jointplay.solver.mechanism.directions import Directions
 from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
-from jointplay.solver.motion.trajectory import Request, advance, memory, prepare
+from jointplay.solver.motion.trajectory import Request, advance, memory, prepare, row
 
 # An estimated error E of a vibration, of order 8, stands for a true one of some E^(14/8)/2, of order 14 (with
 # the five stages of lanes alike): so a step errs by 100 rtol at most.
@@ -93,42 +93,45 @@ class Bundle:
         variations(self.model.structure, self._names)
         self.at = tangent  # the names of its places
         rows = cache.variation_module(self.model.structure, self._names).ROWS
-        self.k, self.x, self.o = memory(self.model, self.request)
+        self.work, self.motion, self.options = memory(self.model, self.request)
         frame, driven = np.asarray(self.frame, dtype=float), ()
         if self.directions:
-            self.x = self.x._replace(p=np.concatenate([self.x.p, self.directions.rates]))
+            self.motion = self.motion._replace(p=np.concatenate([self.motion.p, self.directions.rates]))
             driven = np.append(np.zeros(len(frame)), np.arange(1, 1 + len(self.directions)))
             frame = np.vstack([frame, self.directions.starts])
         held = self.held or self.directions is not None
-        given = frame, (scales if held else measures)(self.model), self.o.n, rows, self.rows
+        given = frame, (scales if held else measures)(self.model), self.options.n, rows, self.rows
         units = self.directions.units if self.directions else ()
-        self.y = tangent.tangents(*given, driven, units, len(self.x.work), len(self.x.s))
+        self.tangents = tangent.tangents(*given, driven, units, len(self.motion.work), len(self.motion.s))
         count = {tangent.SALTATION: self.saltation, tangent.HELD: held, tangent.NEUTRAL: self.neutral}
         for place, value in count.items():
-            self.y.count[place] = value
+            self.tangents.count[place] = value
         real = {tangent.TOLERANCE: self.tolerance, tangent.GRAZING: np.inf}
         real |= {tangent.LIMIT: tolerated(self.model.structure, self.request.rtol)}
         real |= {tangent.BLOCK: np.inf, tangent.NEXT: np.inf}
         for place, value in real.items():
-            self.y.real[place] = value
+            self.tangents.real[place] = value
 
     def advance(self, until: float = np.inf, tell: Callable[[], None] | None = None) -> int:
         """Go on until that time, or the rows are full, or the run ends; give back which it was (method.flow).
 
         `tell` is called after each piece of the run (motion.pieces).
         """
-        structure, o = self.model.structure, self.o._replace(t_end=min(self.o.t_end, float(until)))
-        return advance(structure, self.k, self.x, o, variations(structure, self._names), self.y, tell)
+        structure, options = self.model.structure, self.options
+        derivatives = variations(structure, self._names)
+        options = options._replace(t_end=min(options.t_end, float(until)))
+        return advance(structure, self.work, self.motion, options, derivatives, self.tangents, tell)
 
     def record(self, block: float) -> None:
         """From here on, record a row after each `block` of time."""
-        self.y.real[self.at.BLOCK] = block
-        self.y.real[self.at.NEXT] = self.time + block
+        self.tangents.real[self.at.BLOCK] = block
+        self.tangents.real[self.at.NEXT] = self.time + block
 
     def row(self) -> np.ndarray:
         """A row as recorded ones, of where the run stands; shape (1, columns)."""
         places = [self.at.TRACE, self.at.VOLUME, self.at.UNRESOLVED]
-        return np.concatenate([[self.time], self.y.real[places], self.y.logs, self.state])[None, :]
+        sums = self.tangents.real[places], self.tangents.logs
+        return np.concatenate([[self.time], *sums, self.state])[None, :]
 
     @property
     def full(self) -> int:
@@ -140,12 +143,12 @@ class Bundle:
     @property
     def time(self) -> float:
         """Time that the motion has reached, s."""
-        return float(self.x.s[0])
+        return float(self.motion.s[0])
 
     @property
     def logs(self) -> slice:
         """The logarithms' columns in a row, after time, trace, volume, time by volume; the state follows."""
-        return slice(self.at.AHEAD, self.at.AHEAD + len(self.y.alive))
+        return slice(self.at.AHEAD, self.at.AHEAD + len(self.tangents.alive))
 
     @property
     def carried(self) -> slice:
@@ -155,58 +158,59 @@ class Bundle:
     @property
     def grazing(self) -> float:
         """Smallest relative approach speed of a guard at an event so far."""
-        return float(self.y.real[self.at.GRAZING])
+        return float(self.tangents.real[self.at.GRAZING])
 
     def taken(self) -> np.ndarray:
         """The rows recorded since the last call."""
-        rows = self.y.rows[: self.y.count[self.at.ROWS]].copy()
-        self.y.count[self.at.ROWS] = 0
+        rows = self.tangents.rows[: self.tangents.count[self.at.ROWS]].copy()
+        self.tangents.count[self.at.ROWS] = 0
         return rows
 
     @property
     def state(self) -> np.ndarray:
         """Positions and speeds where the run stands."""
-        return self.x.s[1 : 1 + len(self.x.absolute)].copy()
+        return self.motion.s[1 : 1 + len(self.motion.absolute)].copy()
 
     def rate(self) -> np.ndarray:
         """Rate of the state where the run stands."""
-        return rate(self.model.structure, self.k, self.x, self.o)
+        return rate(self.model.structure, self.work, self.motion, self.options)
 
     def powers(self) -> np.ndarray:
         """Rates of the works where the run stands, of a model without a section."""
-        first = self.o.guards + len(self.x.fired)
-        return _rows(self.model.structure, self.k, self.x)[first : first + len(self.x.work)]
+        first = self.options.guards + len(self.motion.fired)
+        return _rows(self.model.structure, self.work, self.motion)[first : first + len(self.motion.work)]
 
     @property
     def recorded(self) -> np.ndarray:
         """Present state of the run, as a record's row: time, positions, speeds, modes, works."""
-        return np.concatenate([self.x.s[: 1 + len(self.x.absolute)], self.x.modes, self.x.work])
+        return row(self.motion)
 
     @property
     def vectors(self) -> np.ndarray:
         """The tangents, shape (vectors, states)."""
-        return self.y.d.reshape(-1, 1 + len(self.x.absolute))[:, 1:].copy()
+        return self.tangents.d.reshape(-1, 1 + len(self.motion.absolute))[:, 1:].copy()
 
     def opened(self) -> np.ndarray:
         """Whether neighbours along each direction are off a wall on which the body rests here."""
         from jointplay.solver.method.modes import FREE, RELEASED, mask
 
-        x, first = self.x, len(self.x.flags)
-        n_x, walls = len(x.absolute), np.flatnonzero(x.modes[first:] > RELEASED)
-        modes, slopes = np.where(np.arange(len(x.modes)) < first, x.modes, FREE), self.y.gradient.copy()
+        motion, first = self.motion, len(self.motion.flags)
+        n_x, walls = len(motion.absolute), np.flatnonzero(motion.modes[first:] > RELEASED)
+        modes = np.where(np.arange(len(motion.modes)) < first, motion.modes, FREE)
+        slopes = self.tangents.gradient.copy()
         module = cache.variation_module(self.model.structure, self._names)
         found = np.zeros(len(self.directions), dtype=bool)
-        mask(modes, x.m)
+        mask(modes, motion.m)
         for wall in walls:
-            module.gradient(4 * first + wall, x.s, x.p, x.m, slopes)
+            module.gradient(4 * first + wall, motion.s, motion.p, motion.m, slopes)
             terms = np.column_stack([slopes[1 : 1 + n_x] * self.directions.starts, slopes[1 + n_x :]])
             found |= np.abs(terms.sum(axis=1)) > APART * np.abs(terms).sum(axis=1)
-        mask(x.modes, x.m)
+        mask(motion.modes, motion.m)
         return found
 
     def shift(self, times: np.ndarray) -> None:
         """Add the rate of the state, times a time of each direction, to the directions' tangents."""
-        d = self.y.d.reshape(-1, 1 + len(self.x.absolute))
+        d = self.tangents.d.reshape(-1, 1 + len(self.motion.absolute))
         d[len(d) - len(times) :, 1:] += np.outer(times, self.rate())
 
     @property
@@ -215,24 +219,25 @@ class Bundle:
 
         Those of the joints without what they take in impacts on rigid walls: see gradients.evaluated.
         """
-        whole = self.y.works[: len(self.y.works) // 2]
-        return whole.reshape(len(self.y.alive), -1).copy()
+        whole = self.tangents.works[: len(self.tangents.works) // 2]
+        return whole.reshape(len(self.tangents.alive), -1).copy()
 
 
-def rate(structure: Linkage | Oscillator, k, x, o) -> np.ndarray:
+def rate(structure: Linkage | Oscillator, work, motion, options) -> np.ndarray:
     """Rate of the state where a run stands, by its arrays and options."""
-    first = o.first + 1 + o.n_q + o.n
-    return np.concatenate([x.s[1 + o.n_q : 1 + 2 * o.n_q], _rows(structure, k, x)[first : first + o.n]])
+    n_q, first = options.n_q, options.first + 1 + options.n_q + options.n
+    found = _rows(structure, work, motion)[first : first + options.n]
+    return np.concatenate([motion.s[1 + n_q : 1 + 2 * n_q], found])
 
 
-def _rows(structure: Linkage | Oscillator, k, x) -> np.ndarray:
+def _rows(structure: Linkage | Oscillator, work, motion) -> np.ndarray:
     """Values of the equations at the present state of a run, by lane row."""
     from jointplay.solver.method.modes import mask, variant_of
 
-    module, w = cache.structure_module(structure), np.zeros_like(k.w)
-    module.trig(x.s, x.p)
-    mask(x.modes, x.m)
-    module.rate(variant_of(x.modes), w, x.s, x.p, x.m)
+    module, w = cache.structure_module(structure), np.zeros_like(work.w)
+    module.trig(motion.s, motion.p)
+    mask(motion.modes, motion.m)
+    module.rate(variant_of(motion.modes), w, motion.s, motion.p, motion.m)
     return w.reshape(-1, 8)[:, 7]
 
 

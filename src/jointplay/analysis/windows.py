@@ -38,20 +38,20 @@ def _long_enough(windows: Windows | None, turns: float | None) -> Iterator[Probl
         yield Problem("turns", turns, expected)
 
 
-def _not_beside(windows: Windows | None, **other: Any) -> Iterator[Problem]:
+def _excluded_by_windows(windows: Windows | None, **other: Any) -> Iterator[Problem]:
     for key, given in other.items():
         if windows is not None and given is not None and given != 0:
             yield Problem(key, given, f"either windows or {key} is accepted, not both")
 
 
 WINDOW = Out("time", "window of the sample, counted from 0")
-BESIDE_WINDOWS = (  # rules of which keywords of `simulate` are accepted beside windows
+WINDOW_RULES = (  # rules of which keywords of `simulate` are accepted beside windows
     _long_enough,
-    lambda windows, duration: _not_beside(windows, duration=duration),
-    lambda windows, transient: _not_beside(windows, transient=transient),
-    lambda windows, at: _not_beside(windows, at=at),
-    lambda windows, steps: _not_beside(windows, steps=steps),
-    lambda windows, section: _not_beside(windows, section=section),
+    lambda windows, duration: _excluded_by_windows(windows, duration=duration),
+    lambda windows, transient: _excluded_by_windows(windows, transient=transient),
+    lambda windows, at: _excluded_by_windows(windows, at=at),
+    lambda windows, steps: _excluded_by_windows(windows, steps=steps),
+    lambda windows, section: _excluded_by_windows(windows, section=section),
 )
 
 

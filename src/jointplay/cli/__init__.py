@@ -113,15 +113,15 @@ def _leave() -> None:
 def _interrupts() -> Iterator[list[bool]]:
     """Record that Ctrl-C was pressed, besides raising KeyboardInterrupt as always.
 
-    An analysis that keeps its results so far (motion.looks) is asked to end first, and interrupted by a
+    An analysis that keeps its results so far (motion.progress) is asked to end first, and interrupted by a
     second Ctrl-C.
     """
     pressed: list[bool] = []
 
     def note(*_: object) -> None:
         pressed.append(True)
-        looks = sys.modules.get("jointplay.solver.motion.looks")
-        if looks is None or not looks.stop():
+        progress = sys.modules.get("jointplay.solver.motion.progress")
+        if progress is None or not progress.stop():
             raise KeyboardInterrupt
 
     def again(lost) -> None:  # an interrupt that a callback of the compiler could not pass on

@@ -31,13 +31,13 @@ def draw_result(arguments: Namespace) -> int:
     options = figure_options(dataset, arguments.kind, arguments.set)
     if arguments.over:
         options["over"] = open_result(arguments.over)
-    files = targets(arguments.out, beside(Path(arguments.result), arguments.kind))
+    files = targets(arguments.out, picture_name(Path(arguments.result), arguments.kind))
     check_writable(files[0].parent, files=[file.name for file in files])
     draw(dataset, options, files)
     return DONE
 
 
-def beside(result: Path, kind: str | None) -> Path:
+def picture_name(result: Path, kind: str | None) -> Path:
     """The name from which that of a picture is made: one of another kind leaves the study's own as it is."""
     from jointplay.figures import KINDS
 

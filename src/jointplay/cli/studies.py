@@ -53,7 +53,7 @@ def run_study(arguments: Namespace) -> int:
 def _free(study, arguments: Namespace, share=None, fresh: bool = False) -> Path:
     """Give the folder for results, where the study can be written and no other study's result is lost."""
     from jointplay.study.execute import writable
-    from jointplay.study.standing import refuse_other
+    from jointplay.study.result_state import refuse_other
 
     out = writable(study, arguments.out, share, not arguments.no_figure)
     if not (fresh or share):

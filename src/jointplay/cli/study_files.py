@@ -85,10 +85,10 @@ def _row(path: Path, out: Path, inside: Path) -> tuple[str, str, str, str]:
 def _state(path: Path, result: Path) -> str:
     """State of a study's result in a word or two."""
     from jointplay.study.file import load
-    from jointplay.study.standing import standing
+    from jointplay.study.result_state import result_state
 
     try:
-        return standing(load(path).record, result).partition(" (")[0]
+        return result_state(load(path).record, result).partition(" (")[0]
     except InputError:
         return "not valid"
 

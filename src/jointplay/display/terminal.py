@@ -63,7 +63,7 @@ def harmless_output() -> Iterator[None]:
         yield
 
 
-def asked_for(
+def requested_progress(
     progress: bool | Callable[[float], None] | None, name: str
 ) -> AbstractContextManager[Callable[[float], None] | None]:
     """The progress that a caller wants, as a ``with`` block: True shows it under a name; None: none."""

@@ -11,7 +11,7 @@ from pydantic import PlainValidator
 
 from jointplay.display.errors import NOTHING, InputError, Problem, of_a_result, refuse
 from jointplay.figures import drawing
-from jointplay.figures.drawing import cell_quantity, lent, select, style, sweep_axes
+from jointplay.figures.drawing import cell_quantity, panel, select, style, sweep_axes
 from jointplay.solver.mechanism.base import accepts
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.mechanism.signature import checked
@@ -102,8 +102,8 @@ def _one(dataset: Dataset | Mechanism, options: dict[str, Any]) -> Figure:
         expected = f"one cell is drawn, as {one} gives it, or a number a cell by the figure kind 'sweep'"
         raise InputError([Problem("result", f"a sweep over {', '.join(left)}", expected)])
     options.pop("kind", None)
-    with style.asked(**general):
-        return lent.owner(KINDS[known["kind"]](dataset, **options))
+    with style.settings(**general):
+        return panel.owner(KINDS[known["kind"]](dataset, **options))
 
 
 def sheet_of(parts: Sequence[tuple[Dataset, dict[str, Any]]]) -> Figure:
@@ -113,8 +113,8 @@ def sheet_of(parts: Sequence[tuple[Dataset, dict[str, Any]]]) -> Figure:
         (one, {"kind": usual_kind(one, options)} | {k: v for k, v in options.items() if k not in GENERAL})
         for one, options in parts
     ]
-    with style.asked(**general):
-        return lent.owner(compared(own, draw))
+    with style.settings(**general):
+        return panel.owner(compared(own, draw))
 
 
 def of_sweep(dataset: Dataset, options: dict) -> dict | None:

@@ -35,24 +35,24 @@ def compared(parts: Sequence[Part], draw: Callable[..., Figure]) -> Figure:
     draw : callable
         Draws one result with its options, and ``ax`` among them.
     """
-    count, beside = len(parts), all(options.get("kind") in UPRIGHT for _, options in parts)
+    count, upright = len(parts), all(options.get("kind") in UPRIGHT for _, options in parts)
     with style.paper():
-        figure = style.sheet(180.0, COLUMN if beside else ROW * count)
-        places = figure.subfigures(*((1, count) if beside else (count, 1)), squeeze=False).ravel()
-        with style.asked(ax=None, beside=tuple(dataset for dataset, _ in parts)):
+        figure = style.sheet(180.0, COLUMN if upright else ROW * count)
+        places = figure.subfigures(*((1, count) if upright else (count, 1)), squeeze=False).ravel()
+        with style.settings(ax=None, same_sheet=tuple(dataset for dataset, _ in parts)):
             for place, (dataset, options) in zip(places, parts, strict=True):
                 draw(dataset, options | {"ax": place})
-                title(place, dataset, 180.0 / count if beside else 180.0)
+                title(place, dataset, 180.0 / count if upright else 180.0)
         panels = [place.axes for place in places]
         if len({len(row) for row in panels}) == 1:
             for same in zip(*panels, strict=True):
                 share(same)
-            if beside:
+            if upright:
                 align(places)
             else:
                 once(panels)
         artists.settle(figure)
-        if not beside:
+        if not upright:
             level(figure, panels)
     return figure
 

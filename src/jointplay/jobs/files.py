@@ -25,7 +25,7 @@ def replaced(path: Path, flush: bool = True) -> Iterator[Path]:
 
     Without `flush` it is there whole after a kill at any moment, but may not be after a power cut.
     """
-    temporary = beside(path)
+    temporary = temporary_name(path)
     try:
         yield temporary
         if flush:
@@ -38,7 +38,7 @@ def replaced(path: Path, flush: bool = True) -> Iterator[Path]:
             _flush(path.parent)
 
 
-def beside(path: Path) -> Path:
+def temporary_name(path: Path) -> Path:
     """The temporary name of a file."""
     return path.with_name(f".{path.name}.{os.getpid()}.tmp")
 

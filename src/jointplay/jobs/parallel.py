@@ -28,7 +28,7 @@ def side_by_side(
     take: Callable[[Any], None],
     workers: int,
     backend: str = "loky",
-    look: Callable[[], None] = lambda: None,
+    tick: Callable[[], None] = lambda: None,
 ) -> None:
     """Make calls in parallel.
 
@@ -42,7 +42,7 @@ def side_by_side(
         Workers.
     backend : {"loky", "threading", "here"}
         Processes, which end with this one and leave Ctrl-C to it; threads; or this thread alone.
-    look : callable
+    tick : callable
         Called several times a second while workers are busy.
 
     Raises
@@ -61,7 +61,7 @@ def side_by_side(
             if not sent:
                 return
             done, sent = wait(sent, LOOK, FIRST_COMPLETED)
-            look()
+            tick()
             for future in done:
                 take(future.result())
 

@@ -138,7 +138,7 @@ def in_tasks(
     backend: str = "loky",
     folder: str | None = None,
     take: Callable[[Done], None] = lambda _: None,
-    look: Callable[[], None] = lambda: None,
+    tick: Callable[[], None] = lambda: None,
 ) -> None:
     """Run jobs in tasks on this machine.
 
@@ -146,7 +146,7 @@ def in_tasks(
     ----------
     jobs : sequence of Job
         In their order.
-    workers, backend, look
+    workers, backend, tick
         As in `side_by_side`.
     folder : str, optional
         The journal's; else answers travel back.
@@ -164,4 +164,4 @@ def in_tasks(
         pace.learn(done)
         take(done)
 
-    side_by_side(tasks(), took, workers, backend, look)
+    side_by_side(tasks(), took, workers, backend, tick)

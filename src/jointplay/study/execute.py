@@ -26,7 +26,7 @@ from jointplay.jobs.journal import Journal, refuse_lost
 from jointplay.jobs.origin import mixed, processor
 from jointplay.jobs.pool import Pool
 from jointplay.solver.method.codes import Status
-from jointplay.solver.motion.looks import keeping
+from jointplay.solver.motion.progress import stoppable
 from jointplay.study.file import Loaded
 from jointplay.study.models import Study
 from jointplay.study.results import store
@@ -135,7 +135,7 @@ def complete(
             kept.journal.compact()
             return Outcome(None, None, kept.journal.folder)
         alone = not has_cells(record)
-        with keeping(record.row.kept and alone):
+        with stoppable(record.row.kept and alone):
             dataset = computed(record, kept, progress)
             if alone:  # no journal keeps it: from here on Ctrl-C waits until it is stored
                 pressed = held.enter_context(interrupts.held())

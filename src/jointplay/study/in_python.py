@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from jointplay.analysis.keywords import Progress as Keyword
 from jointplay.display.errors import refuse
-from jointplay.display.terminal import asked_for
+from jointplay.display.terminal import requested_progress
 from jointplay.solver.mechanism.base import Natural, accepts
 from jointplay.solver.mechanism.paths import ends
 from jointplay.solver.mechanism.signature import checked
@@ -57,7 +57,7 @@ def run(
     >>> motion = jp.run("studies/quickstart.toml", analysis={"turns": 3})  # doctest: +SKIP
     """
     loaded = load(study, [f"{path}={_text(path, value)}" for path, value in ends(changes)])
-    with asked_for(progress, loaded.record.name) as tell:
+    with requested_progress(progress, loaded.record.name) as tell:
         return runner.run(loaded, tell, jobs)
 
 

@@ -22,6 +22,7 @@ from jointplay.solver.method.codes import Status
 from jointplay.study.execute import journal_of, part_journals
 from jointplay.study.file import Loaded, validate
 from jointplay.study.models import Study
+from jointplay.study.result_state import result_state
 from jointplay.study.results.store import open_result
 from jointplay.study.results.summary import answer
 from jointplay.study.run import (
@@ -33,7 +34,6 @@ from jointplay.study.run import (
     study_hash,
     with_journal_keys,
 )
-from jointplay.study.standing import standing
 
 LENGTHS = ("turns", "transient")
 FOLLOW = "others may follow from what these find"
@@ -199,7 +199,7 @@ def _answer(study: Loaded, path: Path) -> Iterator[str]:
 
 def _has_own(study: Loaded, path: Path) -> bool:
     """Whether a result is there that is this study's own."""
-    return "other" not in (standing(study.record, path) or "other")
+    return "other" not in (result_state(study.record, path) or "other")
 
 
 def _journal_lines(journal: Journal, keys: Iterable[str]) -> Iterator[str]:
@@ -224,7 +224,7 @@ def _finished(study: Loaded, journals: Iterable[Journal]) -> tuple[dict[str, int
 def _told(study: Loaded, out: Path) -> str:
     """The result of a study and whose it is."""
     path = out / f"{study.record.name}.nc"
-    state = standing(study.record, path)
+    state = result_state(study.record, path)
     return f"{path}: {state}" if state else "none yet; `jointplay run` computes it"
 
 

@@ -16,7 +16,7 @@ from inspect import signature
 from typing import TYPE_CHECKING
 
 from jointplay.analysis import cells
-from jointplay.analysis.cells import DIGITS, Beside, Cell, Read, Work, answered, driven, in_memory, warm
+from jointplay.analysis.cells import DIGITS, Batch, Cell, Read, Work, answered, driven, in_memory, warm
 from jointplay.analysis.exponents.frame_growth import Stretch, followed_together
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.sweeps import gather
@@ -29,7 +29,7 @@ from jointplay.jobs.pool import check_jobs
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.method.codes import Status
 from jointplay.solver.motion.ensemble_runs import in_lanes
-from jointplay.solver.motion.looks import reported
+from jointplay.solver.motion.progress import reported
 from jointplay.solver.motion.trajectory import Request
 from jointplay.study.file import Loaded
 from jointplay.study.models import Study, SweepStudy
@@ -124,7 +124,7 @@ def _varied(record: Study, *, progress: Callable[[float], None] | None = None) -
         for change, key in zip(grid.changes, keys, strict=True)
     ]
     size = -(-len(each) // groups(len(each), TOGETHER)) if together else 1
-    jobs = [Beside(tuple(each[at : at + size])) for at in range(0, len(each), size)] if together else each
+    jobs = [Batch(tuple(each[at : at + size])) for at in range(0, len(each), size)] if together else each
     shape = dict(zip(grid.dims, grid.shape, strict=True))
     read = answered(Work(jobs, shape, progress, partial(compile_for, record, grid.changes, together)))
     return gather.dataset(record.kind, grid, keys, read)
@@ -133,7 +133,7 @@ def _varied(record: Study, *, progress: Callable[[float], None] | None = None) -
 def _together(record: Study, changes: Sequence[Mapping[str, float]]) -> bool:
     """Whether the cells of a `[vary]` go side by side, in lanes."""
     given, function = record.keywords(), record.row.function
-    wanted, known = getattr(function, "beside", None), signature(function).parameters
+    wanted, known = getattr(function, "batchable", None), signature(function).parameters
     if wanted is None or any(given.get(key, known[key].default) != value for key, value in wanted.items()):
         return False
     over = {key: [change[key] for change in changes] for key in changes[0]}

@@ -89,18 +89,18 @@ def _jacobian(model: Model, state: np.ndarray, modes: np.ndarray) -> np.ndarray:
     """Derivatives of the accelerations by the state, by differences (a structure's own have two forms)."""
     from jointplay.solver.method.modes import mask, variant_of
 
-    k, x, o = memory(model, Request(0.0))
-    x.s[: len(state)], x.modes[:] = state, modes
+    work, motion, options = memory(model, Request(0.0))
+    motion.s[: len(state)], motion.modes[:] = state, modes
     module = cache.structure_module(model.structure)
-    module.trig(x.s, x.p)
-    mask(x.modes, x.m)
-    lanes = k.w[8 * (o.first + 1) :].reshape(-1, 8)
+    module.trig(motion.s, motion.p)
+    mask(motion.modes, motion.m)
+    lanes = work.w[8 * (options.first + 1) :].reshape(-1, 8)
     away = DIFFERENCE * (model.absolute + model.relative * np.abs(state[1:]))
     columns = []
     for r, size in enumerate(away):
         lanes[r, :2] = size, -size
-        module.rate(variant_of(x.modes), k.w, x.s, x.p, x.m)
-        found = lanes[o.n_q + o.n : o.n_q + 2 * o.n, :2]
+        module.rate(variant_of(motion.modes), work.w, motion.s, motion.p, motion.m)
+        found = lanes[options.n_q + options.n : options.n_q + 2 * options.n, :2]
         columns.append((found[:, 0] - found[:, 1]) / (2 * size))
         lanes[r, :2] = 0.0
     return np.stack(columns, axis=1)
@@ -160,16 +160,16 @@ class March:
         The `loads`, shape (count + 1, loads), are the loaded parameters at the steps' ends, 0 if left out.
         Returned are time, state and contact modes at the start and after every step; NaN after divergence.
         """
-        (f, run, pace), (k, x, o) = self._loop, self.arrays
+        (f, run, pace), (work, motion, options) = self._loop, self.arrays
         loads = np.zeros((count + 1, len(self.places))) if loads is None else np.ascontiguousarray(loads)
-        rows = np.empty((count + 1, len(start) + len(x.modes)))
-        x.s[: len(start)] = start
+        rows = np.empty((count + 1, len(start) + len(motion.modes)))
+        motion.s[: len(start)] = start
         done = 0
 
         def call(until: int) -> int:
             nonlocal done
             before, done = done, until
-            return run(f, k, x, o, float(h), self.places, loads, rows, before, until)
+            return run(f, work, motion, options, float(h), self.places, loads, rows, before, until)
 
         in_pieces(call, lambda: done, pace, OK, count)
         return rows

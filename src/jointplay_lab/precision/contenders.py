@@ -10,7 +10,7 @@ import numpy as np
 
 from jointplay.analysis.quantities import STATUS
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.motion.looks import from_progress, look
+from jointplay.solver.motion.progress import from_progress, tick
 from jointplay.solver.motion.trajectory import MAX_STEPS, Request, advance, memory
 from jointplay_lab.precision.generated_code import Equations, Event
 
@@ -49,18 +49,18 @@ class Ours:
         from jointplay.solver.method import memory as at
         from jointplay.solver.method.control import FULL
 
-        k, x, o = memory(self.model, self.request)
+        work, motion, options = memory(self.model, self.request)
         events: list[Event] = []
         seconds, code = 0.0, FULL
         while code == FULL:
             began = time.process_time()
-            code = advance(self.model.structure, k, x, o)
+            code = advance(self.model.structure, work, motion, options)
             seconds += time.process_time() - began
-            events += [(int(row[1]), int(row[2])) for row in x.log[: x.count[at.LOGGED]]]
-            x.count[at.LOGGED] = 0
-        steps = int(x.count[[at.STEPS, at.REJECTED, at.FAILED]].sum())
-        state = x.s[1 : 1 + len(self.model.state)].copy()
-        return Outcome(STATUS[code], state, seconds, float(x.count[at.EVALUATIONS]), steps, events)
+            events += [(int(row[1]), int(row[2])) for row in motion.log[: motion.count[at.LOGGED]]]
+            motion.count[at.LOGGED] = 0
+        steps = int(motion.count[[at.STEPS, at.REJECTED, at.FAILED]].sum())
+        state = motion.s[1 : 1 + len(self.model.state)].copy()
+        return Outcome(STATUS[code], state, seconds, float(motion.count[at.EVALUATIONS]), steps, events)
 
 
 class Peer:
@@ -119,10 +119,10 @@ class Peer:
         """Count an evaluation, and stop where time is up."""
         self.evaluations += 1
         if not self.evaluations % LOOK:
-            self.look()
+            self.tick()
 
-    def look(self) -> None:
+    def tick(self) -> None:
         """Stop where time is up."""
-        look()
+        tick()
         if time.process_time() > self.deadline:
             raise Trouble("step_limit")

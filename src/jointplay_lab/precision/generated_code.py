@@ -39,9 +39,9 @@ def units(model: Model) -> np.ndarray:
 
 def starting_modes(model: Model) -> np.ndarray:
     """Contact modes of a model's start."""
-    k, x, o = memory(model, Request(0.0))
-    cache.method("flow").flow(functions(model.structure), k, x, o, None, None)
-    return x.modes.copy()
+    work, motion, options = memory(model, Request(0.0))
+    cache.method("flow").flow(functions(model.structure), work, motion, options, None, None)
+    return motion.modes.copy()
 
 
 @lru_cache(maxsize=16)
@@ -50,8 +50,8 @@ def compiled(structure: Linkage | Oscillator):
     from jointplay.solver.method.interface import interpreted
     from jointplay.solver.method.numba_private import only_version
 
-    f, planned = functions(structure), cache.structure_module(structure).SIZES["planned"]
-    made = callbacks(f, bool(planned))
+    own, planned = functions(structure), cache.structure_module(structure).SIZES["planned"]
+    made = callbacks(own, bool(planned))
     return made if interpreted() else Callbacks(*map(only_version, made))
 
 
@@ -81,14 +81,15 @@ class Equations:
         if self.module.SIZES["rubs"]:
             text = "a mechanism without it is accepted: other solvers know no such impacts here"
             raise refuse("friction at rigid impacts", text, "mechanism")
-        k, x, o = memory(model, Request(0.0, rtol))
-        self.modes, self.flags, self.fired = x.modes, x.flags, x.fired
-        self.rest, self._out = o.rest, k.contact
-        blocks = [k.w, x.s, x.p, x.m]
+        work, motion, options = memory(model, Request(0.0, rtol))
+        self.modes, self.flags, self.fired = motion.modes, motion.flags, motion.fired
+        self.speed_tolerance, self._out = options.speed_tolerance, work.contact
+        blocks = [work.w, motion.s, motion.p, motion.m]
         ends = np.cumsum([len(block) for block in blocks])
-        self.place, self.b = np.array([0, o.n_q, o.n, o.first, o.guards, *ends]), aligned(blocks)
+        rows = options.first, options.guards
+        self.place, self.b = np.array([0, options.n_q, options.n, *rows, *ends]), aligned(blocks)
         self._s, self._p, self._m = np.split(self.b, ends[:-1])[1:]
-        self._scratch = AWAY * model.absolute if self.module.SIZES["planned"] else k.J
+        self._scratch = AWAY * model.absolute if self.module.SIZES["planned"] else work.J
         self._call = compiled(model.structure)
         self._entered: dict[tuple[int, ...], tuple] = {}
         self.start, self._first = model.state.copy(), starting_modes(model)
@@ -135,7 +136,7 @@ class Equations:
         guard = int(self.watch[2 * k])
         if guard >= 4 * len(self.flags):
             return self._jump(t, y, guard - 4 * len(self.flags))
-        given = (guard, self.flags, self.modes, self.fired, self.rest, self._out)
+        given = (guard, self.flags, self.modes, self.fired, self.speed_tolerance, self._out)
         kind = self._call.changed(self.place, self.b, t, y, *given)
         self._enter(self.modes)
         return y.copy(), (guard // 4, int(kind))
@@ -176,15 +177,16 @@ class _Pointer(types.WrapperAddressProtocol):
         return self._signature
 
 
-def callbacks(f: Functions, planned: bool) -> Callbacks:
+def callbacks(functions: Functions, planned: bool) -> Callbacks:
     """Compile the callbacks of a structure, from its functions."""
     if not interpreted():
         called = ("trig", "rate", "jacobian", "contacts")
-        f = f._replace(**{name: _Pointer(getattr(f, name), signed(SIGNATURES[name])) for name in called})
-    placed = _placing(f.trig)
-    evaluate = _evaluation(f.rate, placed)
-    derivatives = _by_differences(evaluate) if planned else _written_out(f.jacobian, placed)
-    return Callbacks(_rates(evaluate), _watched(evaluate), derivatives, _changed(f.contacts, placed))
+        own = {name: _Pointer(getattr(functions, name), signed(SIGNATURES[name])) for name in called}
+        functions = functions._replace(**own)
+    placed = _placing(functions.trig)
+    evaluate = _evaluation(functions.rate, placed)
+    derivatives = _by_differences(evaluate) if planned else _written_out(functions.jacobian, placed)
+    return Callbacks(_rates(evaluate), _watched(evaluate), derivatives, _changed(functions.contacts, placed))
 
 
 def _compiled(*arguments, gives=void):

@@ -54,7 +54,7 @@ class Heyoka(Peer):
                 return ta.time, state.copy(), -int(outcome.value) - 1
             if outcome != self.ends.step_limit:
                 raise Trouble("diverged")
-            self.look()
+            self.tick()
 
     def counted(self) -> float:
         """Series have no evaluations."""

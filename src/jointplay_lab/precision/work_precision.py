@@ -34,7 +34,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Positive, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
-from jointplay.solver.motion.looks import seen
+from jointplay.solver.motion.progress import ticked
 from jointplay_lab.precision.contenders import OURS, Ours, Outcome, Peer, Trouble
 from jointplay_lab.precision.generated_code import Equations
 from jointplay_lab.precision.schedule import PEERS, Peers, Plan, Tolerances, unknown_peers
@@ -264,13 +264,13 @@ def measure(
     share = budget / max(1, len({row.method for row in rows}))
     spent, compiled = (dict.fromkeys((row.method for row in rows), 0.0) for _ in range(2))
     tell = progress or (lambda _: None)
-    for place, row in enumerate(seen(rows)):
+    for place, row in enumerate(ticked(rows)):
         if compiled[row.method] < share:
             _judge(row, rows[:place], truth, spent, share)
         compiled[row.method] += row.compiling
         tell(0.6 * (place + 1) / len(rows))
     for count in range(rounds):
-        for row in seen(sorted(rows, key=lambda row: -row.tolerance)):
+        for row in ticked(sorted(rows, key=lambda row: -row.tolerance)):
             if row.outcome.status == "ok" and spent[row.method] + row.outcome.seconds < share:
                 row.times.append(row.timed())
                 spent[row.method] += row.times[-1] + FEWEST

@@ -160,7 +160,7 @@ def largest_growth(
     bundle = Bundle(model, request, np.diag(unit), tolerance=SOLVED, held=True)
     products, largest = np.zeros((0, n_x, n_x)), 1.0
     for until in np.linspace(0.0, end, closer * max(BLOCKS, round(turns * BLOCKS)) + 1)[1:]:
-        bundle.y.d.reshape(n_x, -1)[:] = np.diag(unit, 1)[:n_x]
+        bundle.tangents.d.reshape(n_x, -1)[:] = np.diag(unit, 1)[:n_x]
         status = bundle.advance(until)
         block = (bundle.vectors / unit).T
         if not np.all(np.isfinite(block)):

@@ -1,6 +1,6 @@
 "use strict";
 // What translated kernels call beside Math: arithmetic where the two languages differ, and operations on rows.
-// The rows' operations are those of numerics/lanes.py, which stand there as vector instructions.
+// The rows' operations are those of method/lanes/lanes.py, which stand there as vector instructions.
 
 const runtime = {
   min: (a, b) => (b < a ? b : a), // the first of two that cannot be compared, as there

@@ -39,7 +39,7 @@ from jointplay.solver.mechanism.paths import parts_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 START = 1e-3  # what forms may leave of a start, in its tolerated errors
-ROUGH = ("absolute", "weight", "margin", "cone", "rest", "hop", "play")
+ROUGH = ("absolute", "weight", "margin", "cone", "speed_tolerance", "height_tolerance", "gap_rounding")
 RANGES = {  # of a slider over its stored value
     "clearance": (0.1, 10.0),
     "stiffness": (0.05, 20.0),

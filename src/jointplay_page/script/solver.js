@@ -5,7 +5,7 @@ function makeSolver(data) {
   const FAR = 2; // clearances: further out, a motion begins at its start
   const LANES = 8;
   const PIECE = 32; // attempts between two looks at the clock
-  const [STEPS, REJECTED, FAILED, , , , SAMPLES, LOGGED, , FRESH, SMOOTH, , PASSED, STARTED] = data.places_of.count;
+  const [STEPS, REJECTED, FAILED, , , , SAMPLES, LOGGED, , BASE_SET, SMOOTH, , LEVELS_PASSED, STARTED] = data.places_of.count;
   const { H, LEVEL, GROWTH } = data.places_of.real;
   const { OK, FULL, STEP_LIMIT } = data.codes;
   const INTEGERS = ["modes", "flags", "fired", "group", "count", "alive"];
@@ -21,17 +21,17 @@ function makeSolver(data) {
   };
   const asNumbers = (table) => Object.fromEntries(Object.entries(table).map(([name, value]) => [name, Number(value)]));
 
-  const o = asNumbers(data.options);
-  const k = arrays(data.work);
+  const options = asNumbers(data.options);
+  const work = arrays(data.work);
   const start = arrays(data.trajectory);
-  const x = arrays(data.trajectory);
-  const tangents = { ...data.tangents, w: LANES * tangentRows };
-  const y = arrays(tangents);
-  const width = 1 + o.n_q + o.n + x.modes.length;
-  x.samples = [];
-  x.log = rows(data.log_rows, 3 + width);
-  y.rows = [new Float64Array(y.logs.length + x.absolute.length + 4)];
-  const firstTangents = arrays(tangents);
+  const motion = arrays(data.trajectory);
+  const begun = { ...data.tangents, w: LANES * tangentRows };
+  const tangents = arrays(begun);
+  const width = 1 + options.n_q + options.n + motion.modes.length;
+  motion.samples = [];
+  motion.log = rows(data.log_rows, 3 + width);
+  tangents.rows = [new Float64Array(tangents.logs.length + motion.absolute.length + 4)];
+  const firstTangents = arrays(begun);
   const values = new Float64Array(data.quantities.length);
   const loops = {}; // of the ideal mechanism: its start, its numbers, and what follows from them
   if (closing) {
@@ -60,16 +60,16 @@ function makeSolver(data) {
       const plus = () => rule.reduce((sum, [factor, ...of]) => sum + of.reduce((product, i) => product * added[i], factor), added.reduce((a, b) => a + b, first));
       const now = rule === "times" ? times() : plus();
       if (array === "span") period = now;
-      else if (array === "weight") y.weight[at] = firstTangents.weight[at] = now;
-      else if (array in o) o[array] = now;
+      else if (array === "weight") tangents.weight[at] = firstTangents.weight[at] = now;
+      else if (array in options) options[array] = now;
       else if (array in loops) loops[array][at] = now;
       else {
         start[array][at] = now;
-        if (array !== "s") x[array][at] = now;
+        if (array !== "s") motion[array][at] = now;
       }
     });
     start.real[H] = data.first_step * period;
-    if (start.real[GROWTH] > 0) start.real[GROWTH] = x.real[GROWTH] = 1 / period;
+    if (start.real[GROWTH] > 0) start.real[GROWTH] = motion.real[GROWTH] = 1 / period;
     return !closing || closes();
   }
 
@@ -114,7 +114,7 @@ function makeSolver(data) {
 
   // Whether a journal is so far out that a force on it would be absurd.
   function outside() {
-    quantities(Float64Array.of(...x.s.subarray(0, 1 + x.absolute.length), ...x.modes), x.p, values);
+    quantities(Float64Array.of(...motion.s.subarray(0, 1 + motion.absolute.length), ...motion.modes), motion.p, values);
     return data.quantities.some(({ name }, i) => name === "eccentricity_ratio" && !(values[i] < FAR));
   }
 
@@ -183,42 +183,42 @@ function makeSolver(data) {
   function reset() {
     const kept = {};
     Object.entries(start).forEach(([name, array]) => {
-      if (name !== "at") kept[name] = array;
+      if (name !== "sample_times") kept[name] = array;
     });
-    refill(kept, x);
-    refill(firstTangents, y);
+    refill(kept, motion);
+    refill(firstTangents, tangents);
     turns = 0;
   }
 
   // Begin anew at the state there is: contact modes are found again, steps begin small.
   function restart() {
-    x.count[STARTED] = x.count[FRESH] = x.count[SMOOTH] = 0;
-    x.fired.fill(0);
-    x.modes.fill(0);
-    x.real[H] = data.first_step * period;
-    refill(firstTangents, y);
+    motion.count[STARTED] = motion.count[BASE_SET] = motion.count[SMOOTH] = 0;
+    motion.fired.fill(0);
+    motion.modes.fill(0);
+    motion.real[H] = data.first_step * period;
+    refill(firstTangents, tangents);
     turns = 0;
   }
 
   function setState(state) {
-    x.s.set(state, 1);
+    motion.s.set(state, 1);
     restart();
-    if (data.crank !== null && o.period > 0) {
-      const beyond = ((x.s[1 + data.crank] - x.real[LEVEL]) * o.direction) / o.period;
-      x.count[PASSED] = Math.max(0, Math.floor(beyond) + 1);
+    if (data.crank !== null && options.period > 0) {
+      const beyond = ((motion.s[1 + data.crank] - motion.real[LEVEL]) * options.direction) / options.period;
+      motion.count[LEVELS_PASSED] = Math.max(0, Math.floor(beyond) + 1);
     }
   }
 
   function drained(found) {
-    for (let i = 0; i < x.count[LOGGED]; i += 1) {
-      const row = x.log[i];
+    for (let i = 0; i < motion.count[LOGGED]; i += 1) {
+      const row = motion.log[i];
       if (row[0] === data.rows.event) {
         const joint = data.joints[row[1]];
         found.events.push({ time: row[3], joint: joint === undefined ? "" : joint, kind: data.events[row[2]] });
       } else if (row[0] === data.rows.section) found.section.push(row.slice(3));
-      else if (row[0] === data.rows.doubt) found.doubts += 1;
+      else if (row[0] === data.rows.coarse) found.doubts += 1;
     }
-    x.count[LOGGED] = 0;
+    motion.count[LOGGED] = 0;
   }
 
   // Quantities of rows (time, state, modes): {name: {label: Float64Array}}.
@@ -230,7 +230,7 @@ function makeSolver(data) {
       return found[name][label];
     });
     taken.forEach((row, i) => {
-      quantities(row, x.p, values);
+      quantities(row, motion.p, values);
       into.forEach((array, at) => {
         array[i] = values[at];
       });
@@ -244,32 +244,32 @@ function makeSolver(data) {
 
   function run(length, { samples = 0, tangent = false, budget_ms = Infinity } = {}) {
     const found = { events: [], section: [], doubts: 0 };
-    const from = x.s[0];
-    if (x.samples.length !== samples) {
-      x.samples = rows(samples, width);
-      x.at = new Float64Array(samples);
+    const from = motion.s[0];
+    if (motion.samples.length !== samples) {
+      motion.samples = rows(samples, width);
+      motion.sample_times = new Float64Array(samples);
     }
-    for (let i = 0; i < samples; i += 1) x.at[i] = i + 1 < samples ? from + ((i + 1) / samples) * length * period : from + length * period;
-    x.count[SAMPLES] = 0;
-    o.t_end = from + length * period;
+    for (let i = 0; i < samples; i += 1) motion.sample_times[i] = i + 1 < samples ? from + ((i + 1) / samples) * length * period : from + length * period;
+    motion.count[SAMPLES] = 0;
+    options.t_end = from + length * period;
     const until = performance.now() + budget_ms;
     let code = STEP_LIMIT;
     while (code === STEP_LIMIT || code === FULL) {
       if (performance.now() > until) break;
-      o.max_steps = x.count[STEPS] + x.count[REJECTED] + x.count[FAILED] + PIECE;
-      code = flow$run(functions, k, x, o, variations, tangent ? y : null);
+      options.max_steps = motion.count[STEPS] + motion.count[REJECTED] + motion.count[FAILED] + PIECE;
+      code = flow$run(functions, work, motion, options, variations, tangent ? tangents : null);
       drained(found);
     }
-    const done = (x.s[0] - from) / period;
+    const done = (motion.s[0] - from) / period;
     turns += done;
     const status = data.statuses[code === STEP_LIMIT || code === FULL ? OK : code];
-    const exponent = { sum: y.logs[y.logs.length - 1], turns }; // -Infinity where sticking took the direction away
-    const taken = x.samples.slice(0, x.count[SAMPLES]);
+    const exponent = { sum: tangents.logs[tangents.logs.length - 1], turns }; // -Infinity where sticking took the direction away
+    const taken = motion.samples.slice(0, motion.count[SAMPLES]);
     last = evaluated(taken);
     return { status: status.word, meaning: status.meaning, turns_done: done, ...onlyShown(last), ...found, exponent };
   }
 
-  const state = () => x.s.slice(1, 1 + x.absolute.length);
+  const state = () => motion.s.slice(1, 1 + motion.absolute.length);
   reset();
-  return { parameters, set, along, run, reset, state, setState, measured, places, time: () => x.s[0], period: () => period };
+  return { parameters, set, along, run, reset, state, setState, measured, places, time: () => motion.s[0], period: () => period };
 }

@@ -61,7 +61,8 @@ RECORDED = ("angle", "angular_velocity", "journal_x", "journal_y", "normal_force
 RECORDED += ("slide_position", "state_value")
 NEEDED = ("angle", "journal_x", "journal_y", "slide_position", "eccentricity_ratio")  # for places, and `set`
 ARRAYS = ("s", "p", "absolute", "relative", "margin", "clearance_squared", "cone")
-OPTIONS = ("h_max", "near", "rest", "hop", "play", "sharp")
+TOLERANCES = ("speed_tolerance", "height_tolerance", "gap_rounding", "rate_tolerance")
+OPTIONS = ("h_max", "chatter_time", *TOLERANCES)
 LOG_ROWS = 512
 HEADER = "from math import atan2, copysign, cos, exp, log, sin, sqrt, tan, tanh\n"
 OUTPUTS = {"theta": "angle", "w": "angular_velocity", "slide": "slide_position", "vslide": "slide_velocity"}
@@ -160,9 +161,11 @@ def _joint(joint: Joint) -> dict[str, Any]:
 
 def _numbers(model: Model, request: Request) -> dict[tuple[str, int], float]:
     """All that a run begins with and that a parameter may change, by array and place."""
-    _, x, o = memory(model, request)
-    arrays = {name: getattr(x, name) for name in ARRAYS} | {"weight": 1 / measures(model)}
-    arrays |= {name: np.array([getattr(o, name)]) for name in OPTIONS} | {"span": np.array([model.period])}
+    _, motion, options = memory(model, request)
+    arrays = {name: getattr(motion, name) for name in ARRAYS} | {"weight": 1 / measures(model)}
+    arrays |= {name: np.array([getattr(options, name)]) for name in OPTIONS} | {
+        "span": np.array([model.period])
+    }
     return {(name, i): float(v) for name, array in arrays.items() for i, v in enumerate(array)}
 
 
@@ -234,17 +237,17 @@ def _quantities(word: str, module: Any, keys: tuple[str, ...]) -> Text:
 
 def _begun(model: Model, request: Request) -> dict[str, Any]:
     """Arrays and options of a run, as lengths where they begin as zeros."""
-    k, x, o = memory(model, request)
+    work, motion, options = memory(model, request)
     names = cache.structure_module(model.structure).STATE[1:]
     crank = f"theta_{model.crank}"
     return {
-        "work": {name: len(array) for name, array in k._asdict().items()},
-        "trajectory": {n: _packed(a) for n, a in x._asdict().items() if n not in ("samples", "log")},
-        "options": {name: _plain(value) for name, value in o._asdict().items()},
-        "tangents": _tangents(model, request, o, len(x.s)),
+        "work": {name: len(array) for name, array in work._asdict().items()},
+        "trajectory": {n: _packed(a) for n, a in motion._asdict().items() if n not in ("samples", "log")},
+        "options": {name: _plain(value) for name, value in options._asdict().items()},
+        "tangents": _tangents(model, request, options, len(motion.s)),
         "log_rows": LOG_ROWS,
         "period": model.period,
-        "first_step": float(x.real[H]) / model.period,
+        "first_step": float(motion.real[H]) / model.period,
         "crank": names.index(crank) if crank in names else None,
         "places_of": {"count": list(range(COUNTERS)), "real": {"H": H, "LEVEL": LEVEL, "GROWTH": GROWTH}},
         "codes": {"OK": int(Status.OK), "FULL": FULL, "STEP_LIMIT": int(Status.STEP_LIMIT)},
@@ -252,15 +255,15 @@ def _begun(model: Model, request: Request) -> dict[str, Any]:
     }
 
 
-def _tangents(model: Model, request: Request, o: Any, n_s: int) -> dict[str, Any]:
+def _tangents(model: Model, request: Request, options: Any, n_s: int) -> dict[str, Any]:
     """One tangent, and the motion's own direction before it where nothing outside keeps the time."""
     neutral = timeless(model)
     wanted = frame(1 + neutral, scales(model), model.memories)
-    y = tangents(wanted, measures(model), o.n, 0, 1, n_s=n_s)  # tangentRows, where it runs
-    y.count[SALTATION], y.count[NEUTRAL] = 1, neutral
-    y.real[GRAZING] = y.real[BLOCK] = y.real[NEXT] = np.inf
-    y.real[TOLERANCE], y.real[LIMIT] = SOLVED * request.rtol, tolerated(model.structure, request.rtol)
-    return {name: _packed(array) for name, array in y._asdict().items() if name not in ("rows", "w")}
+    made = tangents(wanted, measures(model), options.n, 0, 1, n_s=n_s)  # tangentRows, where it runs
+    made.count[SALTATION], made.count[NEUTRAL] = 1, neutral
+    made.real[GRAZING] = made.real[BLOCK] = made.real[NEXT] = np.inf
+    made.real[TOLERANCE], made.real[LIMIT] = SOLVED * request.rtol, tolerated(model.structure, request.rtol)
+    return {name: _packed(array) for name, array in made._asdict().items() if name not in ("rows", "w")}
 
 
 def _packed(array: np.ndarray) -> int | list[Any]:

@@ -11,7 +11,7 @@ from jointplay.analysis.coexisting import edge as edge_module
 from jointplay.analysis.coexisting.edge import Boundary, edge_state
 from jointplay.analysis.coexisting.identity import distance
 from jointplay.analysis.coexisting.lasting import FAILED, UNSETTLED
-from jointplay.analysis.coexisting.recognised import Lasting, along
+from jointplay.analysis.coexisting.recognition import Lasting, along
 from jointplay.analysis.coexisting.smallest import ABOVE, AT, BELOW, smallest
 from tests.analysis.coexisting.test_tipping import told
 

@@ -11,7 +11,7 @@ from jointplay import catalog
 from jointplay.analysis.coexisting.knocks import Knock, knocks, speeds_by_moment
 from jointplay.analysis.coexisting.lasting import FAILED, Motions
 from jointplay.analysis.coexisting.point_impulses import Impulse
-from jointplay.analysis.coexisting.recognised import FromAfar, Lasting
+from jointplay.analysis.coexisting.recognition import FromAfar, Lasting
 from jointplay.analysis.coexisting.smallest import ABOVE, AT, BELOW, Knocked, Place, smallest
 from jointplay.analysis.coexisting.tipping import returned
 from jointplay.analysis.evaluate import Quantities

@@ -3,7 +3,7 @@
 import pytest
 import xarray as xr
 
-from jointplay.analysis.curves.labelled import KINDS, labels_fit
+from jointplay.analysis.curves.curve_starts import KINDS, labels_fit
 
 PLANE = {"clearance": (1e-5, 1e-4), "gear_ratio": (2.0, 4.0)}
 BRANCHES = xr.Dataset(

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from jointplay.analysis.curves import labelled, tracing
+from jointplay.analysis.curves import curve_starts, tracing
 from jointplay.analysis.curves.grazing import SHORT, Grazing
 
 
@@ -18,12 +18,12 @@ def test_a_grazing_starts_on_the_side_with_fewer_events(monkeypatch, first, seco
     """Whichever side is met first, in results and on branches."""
     event, sides = (0, 1), [(orbit(first), 0.1), (orbit(second), 0.2)]
     monkeypatch.setattr(
-        labelled, "changed_event", lambda one, other: event if one.shape != other.shape else None
+        curve_starts, "changed_event", lambda one, other: event if one.shape != other.shape else None
     )
-    assert labelled._beside(iter(sides), event)[1] == sides[taken][1]
-    assert labelled._beside(iter([sides[0], sides[0]]), event)[1] == sides[0][1]
+    assert curve_starts._fewer_events(iter(sides), event)[1] == sides[taken][1]
+    assert curve_starts._fewer_events(iter([sides[0], sides[0]]), event)[1] == sides[0][1]
     points = [SimpleNamespace(orbit=each) for each, _ in sides]
-    monkeypatch.setattr(tracing, "alike", lambda one, other: one is other)
+    monkeypatch.setattr(tracing, "same_orbit_events", lambda one, other: one is other)
     for special in points:
         found = tracing._before(SimpleNamespace(points=points), SimpleNamespace(point=special))
         assert found is points[taken]

@@ -11,8 +11,8 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.exponents.frame_growth import Stretch, grown, grown_together
 from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion.eligibility import ROUTES
 from jointplay.solver.motion.trajectory import Request
-from jointplay.solver.motion.ways import WAYS
 from tests.support.laws_grid import mechanism
 
 CLEARANCES = np.geomspace(2.9e-5, 1e-4, 10)
@@ -43,7 +43,7 @@ def test_tangents_are_those_of_one_motion(friction, gear, turns):
     errors, apart = [], []
     for each, run in zip(scenes, found, strict=True):
         truth, alone = (grown(each, asked(each, turns, rtol)) for rtol in (1e-12, 1e-6))
-        assert (run.status, WAYS[run.way]) == (0, "in_lanes")
+        assert (run.status, ROUTES[run.route]) == (0, "in_lanes")
         assert run.rows[-1, TIME] == truth.rows[-1, TIME]
         assert run.neutral
         ours, theirs, true = gains(run), gains(alone), gains(truth)
@@ -74,7 +74,7 @@ def test_tangents_of_loops_guides_and_elastic_links_are_those_of_one_motion(name
     each = assemble(OTHERS[name](), section="angle:crank")
     (run,) = grown_together([each], [asked(each, 1.5)])
     alone, truth = (grown(each, asked(each, 1.5, rtol)) for rtol in (1e-6, 1e-11))
-    assert (run.status, WAYS[run.way]) == (0, "in_lanes")
+    assert (run.status, ROUTES[run.route]) == (0, "in_lanes")
     ours, theirs, true = gains(run), gains(alone), gains(truth)
     assert ours[TRACE] == pytest.approx(true[TRACE], rel=1e-4)
     assert abs(ours[TANGENT] - true[TANGENT]) < max(5e-4, 5 * abs(theirs[TANGENT] - true[TANGENT]))
@@ -124,7 +124,7 @@ def same(a, b):
 @pytest.mark.long
 def test_order_does_not_matter(company):
     scenes, asks, runs = company
-    assert all(run.way == 1 for run in runs)
+    assert all(run.route == 1 for run in runs)
     order = np.random.default_rng(4).permutation(len(scenes))
     shuffled = grown_together([scenes[n] for n in order], [asks[n] for n in order])
     assert all(same(runs[n], other) for n, other in zip(order, shuffled, strict=True))
@@ -143,6 +143,6 @@ def test_what_lanes_do_not_take_goes_one_by_one():
     two = replace(asked(each, 0.5), count=2)
     sharp = asked(each, 0.5, 1e-9)
     kept, whole, sharper = grown_together([each] * 3, [asked(each, 0.5), two, sharp])
-    assert [WAYS[run.way] for run in (kept, whole, sharper)] == ["in_lanes", "exponents", "tolerance"]
+    assert [ROUTES[run.route] for run in (kept, whole, sharper)] == ["in_lanes", "exponents", "tolerance"]
     assert same(whole, grown(each, two))
     assert whole.logs.stop - whole.logs.start == 3

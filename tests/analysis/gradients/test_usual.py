@@ -3,7 +3,7 @@
 import pytest
 
 from jointplay import catalog
-from jointplay.analysis.gradients.wanted import usual_parameters
+from jointplay.analysis.gradients.selection import usual_parameters
 
 JOINT = [f"joints.B.{name}" for name in ("clearance", "contact.stiffness", "contact.damping")]
 MASSES = [f"links.{name}.mass" for name in ("crank", "coupler", "rocker")]

@@ -12,7 +12,7 @@ import jointplay as jp
 from jointplay.analysis.optima import descent, optimise
 from jointplay.analysis.optima import trials as trials_module
 from jointplay.analysis.optima.descent import descended
-from jointplay.analysis.optima.optimise import _way, beside
+from jointplay.analysis.optima.optimise import _designs_tried, neighbour_values
 from jointplay.analysis.optima.trials import INVALID, Aim, Trial, Trials, best
 
 FREE = np.array([[-np.inf, np.inf]])
@@ -66,7 +66,7 @@ def test_a_failed_trial_starts_no_other(monkeypatch):
 def test_failed_trials_have_no_objective():
     made = [trial(5.0), trial(1.0, 4), trial(3.0, share=0.5)]
     runs = Trials(jp.catalog.duffing(), ("end:state:x",), {"a": (0.0, 1.0)}, {}, 1.0, made, lambda n: None)
-    table = _way(runs, Aim(0, 1.0, FREE, np.zeros(1), np.ones(1)))
+    table = _designs_tried(runs, Aim(0, 1.0, FREE, np.zeros(1), np.ones(1)))
     assert np.isnan(table["objective"]).tolist() == [False, True, True]
     assert np.isnan(table["tried_missed"]).tolist() == [False, True, True]
 
@@ -80,7 +80,7 @@ def test_designs_beside_an_optimum_differ_by_a_share_of_each_variable_or_lie_at_
 
     runs = SimpleNamespace(low=low, width=width, by=("a", "b"), tried=tried)
     aim = Aim(0, 1.0, FREE, np.zeros(1), np.ones(1))
-    table = beside(runs, aim, tried(np.array([0.5, 1.0])), 0.01, 1e-6)
+    table = neighbour_values(runs, aim, tried(np.array([0.5, 1.0])), 0.01, 1e-6)
     assert table["neighbour_objective"].ravel() == pytest.approx([13.96, 14.04, 13.9, np.nan], nan_ok=True)
     assert table["neighbour_gain"] == pytest.approx(0.1)
 

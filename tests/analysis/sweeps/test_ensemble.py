@@ -12,8 +12,8 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.motion import ensemble_runs
+from jointplay.solver.motion.eligibility import exclusion
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay.solver.motion.ways import hindrance
 from jointplay_lab.stress.scenes import draw
 
 OTHERS = [
@@ -119,8 +119,8 @@ def test_what_lanes_cannot_do_is_followed_alone():
     good = model(3e-5, 3.0, 0.01)
     sampled = asked(good, 1, at=np.array([0.5 * good.period]))
     ideal = assemble(catalog.chunmei2002(clearance=0.0))
-    assert hindrance(good, sampled) == "records"
-    assert hindrance(good, asked(good, 1, 1e-9)) == "tolerance"
+    assert exclusion(good, sampled) == "records"
+    assert exclusion(good, asked(good, 1, 1e-9)) == "tolerance"
     found = ensemble_runs.follow_ensemble([ideal, good, good], [Request(1.0), asked(good, 1), sampled])
     alone = follow(good, sampled)
     assert found[2].samples.tobytes() == alone.samples.tobytes()
@@ -186,7 +186,7 @@ def test_hard_scenes_lose_no_event(number):
     """Scenes of analysis.test_hard_scenes: as many events in a row as the one-trajectory kernel has."""
     each = hard(number)
     request = Request(2 * each.period, 1e-6, events=True, log_from=-1.0, max_steps=10_000)
-    assert not hindrance(each, request)
+    assert not exclusion(each, request)
     (found,), truth = (
         ensemble_runs.follow_ensemble([each], [request]),
         follow(each, replace(request, rtol=1e-10)),

@@ -23,7 +23,7 @@ from jointplay.solver.mechanism.assemble import assemble, linkage
 from jointplay.solver.method.codes import Status
 from jointplay.solver.method.lanes import layout, memory
 from jointplay.solver.motion import ensemble_runs
-from jointplay.solver.motion.ways import IN_LANES, LEFT
+from jointplay.solver.motion.eligibility import IN_LANES, LEFT
 from jointplay.study.file import validate
 from jointplay.study.run import first_work
 

@@ -86,15 +86,19 @@ def followed(model, request):
     from jointplay.solver.method.control import FULL, OK
     from jointplay.solver.method.memory import LOGGED
 
-    f, run, (k, x, o) = functions(model.structure), cache.method("flow").flow, memory(model, request)
+    compiled, run, (work, motion, options) = (
+        functions(model.structure),
+        cache.method("flow").flow,
+        memory(model, request),
+    )
     began, code = time.process_time(), FULL
     while code == FULL:
-        code = run(f, k, x, o, None, None)
-        x.count[LOGGED] = 0
+        code = run(compiled, work, motion, options, None, None)
+        motion.count[LOGGED] = 0
     seconds = time.process_time() - began
     if code != OK:
         raise RuntimeError(f"the run ended with {code}")
-    return seconds, counts(x)
+    return seconds, counts(motion)
 
 
 def with_tangents(model, request, vectors):
@@ -106,4 +110,4 @@ def with_tangents(model, request, vectors):
     seconds = time.process_time() - began
     if status:
         raise RuntimeError(f"the run ended with {status}")
-    return seconds, counts(bundle.x)
+    return seconds, counts(bundle.motion)

@@ -51,7 +51,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
 from jointplay.solver.motion.ensemble_runs import in_lanes
-from jointplay.solver.motion.looks import part
+from jointplay.solver.motion.progress import part
 
 if TYPE_CHECKING:
     import xarray as xr

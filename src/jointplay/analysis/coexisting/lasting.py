@@ -1,8 +1,8 @@
 """The motions that last at one value of a parameter: starts followed until it is known where they end.
 
 A start is followed in short stretches, until its section points show that it has reached a known motion or,
-as far as others have shown that this can be told, is bound for one (`coexisting.recognised`); after 48 turns,
-also where they spend their time as a known motion without a period does. What has reached none in the
+as far as others have shown that this can be told, is bound for one (`coexisting.recognition`); after 48
+turns, also where they spend their time as a known motion without a period does. What has reached none in the
 transient's turns is observed as in `analysis.states.ends`: it has a period, or none within the patience.
 
 A motion without a period lasts, as far as one can tell, if none that was like it ended elsewhere while it was
@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from jointplay.analysis.coexisting.recognised import TAIL, Cloud, FromAfar, Lasting, alike, along
+from jointplay.analysis.coexisting.recognition import TAIL, Cloud, FromAfar, Lasting, alike, along
 from jointplay.analysis.period import period
 from jointplay.analysis.states.ends import (
     POINTS,
@@ -31,7 +31,7 @@ from jointplay.analysis.states.ends import (
 )
 from jointplay.analysis.states.matching import by_histograms, set_distance
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.motion.looks import look
+from jointplay.solver.motion.progress import tick
 
 BLOCK, MORE = 64, 256  # starts at a time; those that may be recognised from afar
 STRETCH = 8  # turns between two looks in the transient
@@ -77,7 +77,7 @@ class Motions:
             None: no start.
         pilots : int, optional
             How many of the first are followed until they have arrived, all others less far where these show
-            that it is enough (`coexisting.recognised`); if left out, all are.
+            that it is enough (`coexisting.recognition`); if left out, all are.
 
         Returns
         -------
@@ -127,7 +127,7 @@ class Motions:
         """Follow runs for some turns; failed ones are taken out."""
         if not runs:
             return
-        look()
+        tick()
         how = replace(self.observation, turns=turns)
         cuts = section_states(self.base, [run.model for run in runs.values()], 0, how)
         good = [(n, states) for n, (states, status, _) in zip([*runs], cuts, strict=True) if not status]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.coexisting.lasting import FAILED, NO_START, UNSETTLED, Motions
-from jointplay.analysis.coexisting.recognised import Lasting
+from jointplay.analysis.coexisting.recognition import Lasting
 from jointplay.analysis.coexisting.region import drawn
 from jointplay.analysis.starts import End, placed, state_names
 from jointplay.analysis.states.ends import Observation

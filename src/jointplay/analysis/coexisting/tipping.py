@@ -29,7 +29,7 @@ from jointplay.analysis.coexisting.edge import Boundary, edge_state
 from jointplay.analysis.coexisting.knocks import UNITS, Knock, knocks
 from jointplay.analysis.coexisting.lasting import STRETCH, Motions
 from jointplay.analysis.coexisting.point_impulses import Impulse, impulses_fit
-from jointplay.analysis.coexisting.recognised import Lasting
+from jointplay.analysis.coexisting.recognition import Lasting
 from jointplay.analysis.coexisting.region import Region, coordinate_rules, drawn
 from jointplay.analysis.coexisting.smallest import ABOVE, AT, BELOW, Knocked, smallest
 from jointplay.analysis.coexisting.smallest import SHARES as TRIED
@@ -55,7 +55,7 @@ from jointplay.solver.mechanism.base import Count, Few, Flag, Natural, Positive,
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle
 from jointplay.solver.motion.ensemble_runs import ensemble_fits, in_lanes
-from jointplay.solver.motion.looks import part
+from jointplay.solver.motion.progress import part
 
 if TYPE_CHECKING:
     import xarray as xr

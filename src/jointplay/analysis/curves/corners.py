@@ -18,10 +18,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from jointplay.analysis.orbits.arclength import solve
-from jointplay.analysis.orbits.beside import alike
 from jointplay.analysis.orbits.branch import Branch
 from jointplay.analysis.orbits.branch_points import Special
 from jointplay.analysis.orbits.family import Family, Point
+from jointplay.analysis.orbits.neighbours import same_orbit_events
 from jointplay.analysis.orbits.orbit_events import CONTACT, KIND, OF_GAPS, PLACE, changed_event
 from jointplay.analysis.orbits.shooting import Orbit, newton
 from jointplay.solver.method.codes import Event
@@ -107,7 +107,7 @@ def _across(family: Family, last: Point) -> Iterator[tuple[Orbit, np.ndarray, tu
 def _unstuck(family: Family, last: Point) -> Special | None:
     """The point, soon after one of a curve, at which a piece of sticking has shrunk to nothing."""
     before = solve(family, last, last.z - BACK * last.tangent, last.tangent)
-    if before is None or not alike(before, last):
+    if before is None or not same_orbit_events(before, last):
         return None
     (contacts, now), (_, then) = (_sticking(each.orbit.image.events) for each in (last, before))
     with np.errstate(divide="ignore", invalid="ignore"):

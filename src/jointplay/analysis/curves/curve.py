@@ -21,7 +21,7 @@ from pydantic import AfterValidator
 
 from jointplay.analysis.curves import curve_dataset
 from jointplay.analysis.curves.curve_dataset import DIMS, MEETINGS
-from jointplay.analysis.curves.labelled import Branches, key_of, labels_fit, starts_in
+from jointplay.analysis.curves.curve_starts import Branches, key_of, labels_fit, starts_in
 from jointplay.analysis.curves.tracing import BIFURCATIONS, FOLLOWED, KINDS, Curves, starts_of
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Moving, Settling, Small, analysis, several

@@ -120,7 +120,7 @@ def slopes(
 
 def _slopes(family: Family, trial: Trial, like: Point, bundle: Bundle, later: float, of: Callable):
     section, state, directions = trial.section, trial.state, trial.directions
-    here = np.concatenate([[bundle.time], bundle.state, bundle.x.modes])
+    here = np.concatenate([[bundle.time], bundle.state, bundle.motion.modes])
     steps = np.zeros((2 * len(state), len(here)))
     for i, part in enumerate(PART * section.scale):
         steps[2 * i, 1 + i], steps[2 * i + 1, 1 + i] = part, -part
@@ -129,16 +129,16 @@ def _slopes(family: Family, trial: Trial, like: Point, bundle: Bundle, later: fl
     rows = gradients @ bundle.vectors.T
     own = [
         np.diff([of(moved, here[None])[0] for moved in sides], axis=0)[0] / (2 * PART * size)
-        for sides, size in zip(_beside(section.model, directions), directions.units, strict=True)
+        for sides, size in zip(_varied_models(section.model, directions), directions.units, strict=True)
     ]
-    ahead = later * np.concatenate([[1.0], bundle.rate(), 0.0 * bundle.x.modes])
+    ahead = later * np.concatenate([[1.0], bundle.rate(), 0.0 * bundle.motion.modes])
     after, ago = of(section.model, np.stack([here + ahead, here - ahead]))
     coordinates = like.unit * (rows[:, : len(state)] * section.scale)[:, section.free]
     ranges = (rows[:, len(state) :] + np.transpose(own)) * (family.high - family.low)
     return of(section.model, here[None])[0], np.hstack([coordinates, ranges]), (after - ago) / (2 * later)
 
 
-def _beside(model: Model, directions: Directions) -> Iterator[tuple[Model, Model]]:
+def _varied_models(model: Model, directions: Directions) -> Iterator[tuple[Model, Model]]:
     """The model with its numbers a little before and after, in each direction."""
     places = {name: i for i, name in enumerate(cache.structure_module(model.structure).PARAMETERS)}
     for names, rates, size in zip(directions.names, directions.rates_of, directions.units, strict=True):

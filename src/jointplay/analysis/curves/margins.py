@@ -43,40 +43,40 @@ class Guards:
 
     def __post_init__(self):
         self._module = cache.structure_module(self.model.structure)
-        self._k, self._x, self._o = memory(self.model, Request(1.0))
-        self.contacts = len(self._x.flags)
+        self._work, self._motion, self._options = memory(self.model, Request(1.0))
+        self.contacts = len(self._motion.flags)
 
     def margins(self, rows: np.ndarray) -> np.ndarray:
         """Margins at rows of time, state, modes; shape (rows, guards); NaN where a guard is not watched."""
         from jointplay.solver.method.events import side_of
 
-        x, found = self._x, self.values(rows)
+        motion, found = self._motion, self.values(rows)
         for modes, own in self._stretches(rows):
-            found[own] *= [side_of(g, modes, x.flags) or np.nan for g in range(len(x.fired))]
+            found[own] *= [side_of(g, modes, motion.flags) or np.nan for g in range(len(motion.fired))]
         return found
 
     def values(self, rows: np.ndarray) -> np.ndarray:
         """The guards' numbers with their signs, as the modes of each row give them; shape (rows, guards)."""
         from jointplay.solver.method.modes import mask, variant_of
 
-        k, x, o = self._k, self._x, self._o
-        width, last = 1 + len(self.model.state), 8 * (o.guards + np.arange(len(x.fired))) + 7
-        found = np.empty((len(rows), len(x.fired)))
+        work, motion, options = self._work, self._motion, self._options
+        width, last = 1 + len(self.model.state), 8 * (options.guards + np.arange(len(motion.fired))) + 7
+        found = np.empty((len(rows), len(motion.fired)))
         for modes, own in self._stretches(rows):
             variant = variant_of(modes)
-            mask(modes, x.m)
-            k.w[:] = 0.0  # the increments; and guards that are not watched in these modes
+            mask(modes, motion.m)
+            work.w[:] = 0.0  # the increments; and guards that are not watched in these modes
             for row, numbers in zip(rows[own], found[own], strict=True):
-                x.s[:width] = row[:width]
-                self._module.trig(x.s, x.p)
-                self._module.rate(variant, k.w, x.s, x.p, x.m)
-                numbers[:] = k.w[last]
+                motion.s[:width] = row[:width]
+                self._module.trig(motion.s, motion.p)
+                self._module.rate(variant, work.w, motion.s, motion.p, motion.m)
+                numbers[:] = work.w[last]
         return found
 
     def _stretches(self, rows: np.ndarray) -> Iterator[tuple[np.ndarray, slice]]:
         """Contact modes, and the rows one after another that have them."""
         first = 1 + len(self.model.state)
-        modes = rows[:, first : first + len(self._x.modes)].astype(self._x.modes.dtype)
+        modes = rows[:, first : first + len(self._motion.modes)].astype(self._motion.modes.dtype)
         changes = 1 + np.flatnonzero(np.any(modes[1:] != modes[:-1], axis=1))
         for begin, end in pairwise((0, *changes, len(rows))):
             yield modes[begin], slice(begin, end)
@@ -85,12 +85,12 @@ class Guards:
         """Number of the contact, or wall, of a guard, as in rows of events."""
         if guard < PLACES * self.contacts:
             return guard // PLACES
-        walls = len(self._x.modes) - self.contacts
+        walls = len(self._motion.modes) - self.contacts
         return self.contacts + (guard - PLACES * self.contacts) % walls
 
     def kinds(self, guard: int) -> tuple[int, ...]:
         """Kinds of the events that a guard makes."""
-        gaps = (PLACES - 1) * self.contacts + len(self._x.modes)  # and after them the friction of walls
+        gaps = (PLACES - 1) * self.contacts + len(self._motion.modes)  # and after them the friction of walls
         sliding = guard % PLACES >= SLIDE if guard < PLACES * self.contacts else guard >= gaps
         return OF_SLIDING if sliding else OF_GAPS
 

@@ -14,11 +14,11 @@ from jointplay.analysis.curves.corners import MEETING, Begin, corner
 from jointplay.analysis.curves.grazing import grazed
 from jointplay.analysis.curves.half_map import HalfMap, halved
 from jointplay.analysis.orbits.arclength import first, solve
-from jointplay.analysis.orbits.beside import alike
 from jointplay.analysis.orbits.branch import Branch, Tracer
 from jointplay.analysis.orbits.branch_points import Special
 from jointplay.analysis.orbits.continuation import joined
 from jointplay.analysis.orbits.family import Condition, Family, Point
+from jointplay.analysis.orbits.neighbours import same_orbit_events
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 
@@ -155,7 +155,7 @@ def _before(branch: Branch, special: Special) -> Point:
     """Point next to a grazing that has fewer events."""
     at = next(i for i, point in enumerate(branch.points) if point is special.point)
     beside = [branch.points[i] for i in (at - 1, at + 1) if 0 <= i < len(branch.points)]
-    others = [point for point in beside if not alike(point, special.point)]
+    others = [point for point in beside if not same_orbit_events(point, special.point)]
     return min([special.point, *others], key=lambda point: len(point.orbit.image.events))
 
 

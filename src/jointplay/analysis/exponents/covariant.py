@@ -226,7 +226,7 @@ def covariant(
     values = found.values(turning) | found.coordinates() if known else {}
     values["lost"] = np.int64(count - (found.count if known else recorder.left))
     values |= {"grazing": bundle.grazing, "block_spread": recorder.spread}
-    ended = {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.x)}
+    ended = {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.motion)}
     result = OUTPUTS.dataset(values | run_values(model, SimpleNamespace(**ended)), model=model)
     if "share" in result:
         result["share"].attrs["norm"] = found.participation.norm

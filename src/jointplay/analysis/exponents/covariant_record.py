@@ -83,10 +83,10 @@ class Recorder:
         self.bundle, self.model, self.status, self.lost = bundle, bundle.model, 0, 0
         self.spread = 0.0
         self.scale, self.crank = scales(self.model), crank_place(self.model)
-        bundle.y.count[bundle.at.HELD] = 1
+        bundle.tangents.count[bundle.at.HELD] = 1
         self.Q = factors(self._image())[0]
         self.whole = self.Q.shape[0] == self.Q.shape[1]
-        bundle.y.alive[:] = np.arange(len(bundle.y.alive)) < self.Q.shape[1]
+        bundle.tangents.alive[:] = np.arange(len(bundle.tangents.alive)) < self.Q.shape[1]
         self.longest = LONGEST * self.model.period
         passed = math.floor(bundle.time / self.model.period + NEAR)
         self.length, self.next = self.longest, self.model.period * (passed + 1)
@@ -101,12 +101,12 @@ class Recorder:
 
     @property
     def _angle(self) -> float:
-        return float(self.bundle.x.s[1 + self.crank])
+        return float(self.bundle.motion.s[1 + self.crank])
 
     def _image(self) -> np.ndarray:
         """The frame's image in units of the scales, shape (states, directions that are left)."""
-        y = self.bundle.y
-        return (self.bundle.vectors[y.alive.astype(bool)] / self.scale).T
+        tangents = self.bundle.tangents
+        return (self.bundle.vectors[tangents.alive.astype(bool)] / self.scale).T
 
     def blocks(self, until: float, tell: Callable[[], None] | None = None) -> Iterator[Block]:
         """Go on until a time, the run's end or the last direction's; give each block.
@@ -119,7 +119,7 @@ class Recorder:
                 yield block
 
     def _block(self, until: float, tell: Callable[[], None] | None) -> Block:
-        bundle, real, at = self.bundle, self.bundle.y.real, self.bundle.at
+        bundle, real, at = self.bundle, self.bundle.tangents.real, self.bundle.at
         self._carry()
         real[at.TRACE] = real[at.VOLUME] = 0.0
         end, there = self._end(until)
@@ -139,7 +139,7 @@ class Recorder:
 
     def _carry(self) -> None:
         """Put the frame in place of its image."""
-        d = self.bundle.y.d.reshape(len(self.bundle.y.alive), -1)
+        d = self.bundle.tangents.d.reshape(len(self.bundle.tangents.alive), -1)
         d[: self.Q.shape[1], 1:] = (self.Q * self.scale[:, None]).T
 
     def _without_lost(self, image: np.ndarray, Q: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -149,7 +149,7 @@ class Recorder:
             return Q, R
         kept = int(gone[0])
         self.lost += len(R) - kept
-        self.bundle.y.alive[kept:] = 0
+        self.bundle.tangents.alive[kept:] = 0
         return Q[:, :kept], R[:kept, :kept]
 
     def _end(self, until: float) -> tuple[float, bool]:

@@ -18,11 +18,11 @@ from jointplay.analysis.exponents import batch_means, section_exponents
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.tangents import Bundle, scales, tolerated
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.motion import company
+from jointplay.solver.motion import batching
+from jointplay.solver.motion.eligibility import LEFT, exclusion, route_of
 from jointplay.solver.motion.ensemble_runs import Carried, Tangent, carry, follow_ensemble
-from jointplay.solver.motion.looks import Stopped
+from jointplay.solver.motion.progress import Stopped
 from jointplay.solver.motion.trajectory import INTERRUPTED, Records, Request, counts
-from jointplay.solver.motion.ways import LEFT, hindrance, way
 
 LOOKS = 10  # how often a target error is looked at
 SEED = 20
@@ -55,7 +55,7 @@ class Stretched:
     """Rows of growing tangents (`batch_means`), their logarithms' columns, and the end of the run.
 
     `neutral`: the first tangent is the rate of the state itself; `rested`: it was, until the motion came to
-    rest. `way`: as of trajectory.Records.
+    rest. `route`: as of trajectory.Records.
     """
 
     model: Model
@@ -67,7 +67,7 @@ class Stretched:
     status: int
     wall_time: float
     counts: dict[str, int]
-    way: int = 0
+    route: int = 0
 
     @property
     def carried(self) -> slice:
@@ -114,19 +114,19 @@ def grown(
 
     Where the motion comes to rest, its rate is no direction any more, and it is followed anew without that.
     """
-    if error is None and saltation and (run := company.asked(model, asked)) is not None:
+    if error is None and saltation and (run := batching.batched_answer(model, asked)) is not None:
         return run
     timeless = section_exponents.timeless(model)
     for neutral in (True, False) if timeless else (False,):
         bundle = framed(model, asked.request, asked.count, saltation, neutral)
         bundle.advance(0.0)
-        start = float(bundle.y.logs[0])
+        start = float(bundle.tangents.logs[0])
         rows, ended = follow(bundle, asked.begin, error, progress)
-        if not neutral or section_exponents.moves(start, float(bundle.y.logs[0])):
+        if not neutral or section_exponents.moves(start, float(bundle.tangents.logs[0])):
             break
     kept = {"neutral": neutral, "rested": timeless and not neutral, "grazing": bundle.grazing}
-    hindered = hindrance(model, asked.request) or ("" if _alike(model, asked) else "exponents")
-    return Stretched(model, rows, bundle.logs, **kept, **ended, way=way(hindered))
+    excluded = exclusion(model, asked.request) or ("" if _alike(model, asked) else "exponents")
+    return Stretched(model, rows, bundle.logs, **kept, **ended, route=route_of(excluded))
 
 
 def _alike(model: Model, asked: Stretch) -> bool:
@@ -143,7 +143,7 @@ def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[St
     """
     groups: dict[Any, list[int]] = {}
     for n, (model, one) in enumerate(zip(models, asked, strict=True)):
-        if not hindrance(model, one.request) and _alike(model, one):
+        if not exclusion(model, one.request) and _alike(model, one):
             groups.setdefault(model.structure, []).append(n)
     found: dict[int, Stretched | None] = {}
     for group in groups.values():
@@ -151,12 +151,12 @@ def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[St
         carried = carry(some, [one.request for one in own], list(map(_tangent, some, own)))
         found |= zip(group, map(_stretched, some, carried), strict=True)
     alone = {n: grown(*pair) for n, pair in enumerate(zip(models, asked, strict=True)) if not found.get(n)}
-    alone |= {n: replace(run, way=LEFT) for n, run in alone.items() if n in found}
+    alone |= {n: replace(run, route=LEFT) for n, run in alone.items() if n in found}
     return [alone.get(n) or found[n] for n in range(len(models))]
 
 
 def followed_together(asked: Sequence[tuple[Model, Request | Stretch]]) -> list[Records | Stretched]:
-    """Follow motions side by side, motions with tangents in lanes of their own (motion.company)."""
+    """Follow motions side by side, motions with tangents in lanes of their own (motion.batching)."""
     found: dict[int, Records | Stretched] = {}
     for kind, together in ((Request, follow_ensemble), (Stretch, grown_together)):
         some = [n for n, (_, one) in enumerate(asked) if isinstance(one, kind)]
@@ -184,7 +184,7 @@ def _stretched(model: Model, run: Carried) -> Stretched | None:
         or not section_exponents.moves(*rows[[0, -1], logs.start])
     ):
         return None
-    ended = {name: getattr(records, name) for name in ("status", "wall_time", "counts", "way")}
+    ended = {name: getattr(records, name) for name in ("status", "wall_time", "counts", "route")}
     return Stretched(model, rows, logs, True, False, run.grazing, **ended)
 
 
@@ -239,7 +239,7 @@ def follow(
             break
     if status in USABLE and bundle.time > kept[-1, 0]:
         kept = np.concatenate([kept, bundle.row()])
-    ended = {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.x)}
+    ended = {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.motion)}
     return kept, ended
 
 

@@ -128,7 +128,7 @@ GROWTH = {
     ),
     "growth_standard_error": Out((), "standard error of the growth", about="by batch means"),
 }
-BESIDE = GROWTH | {
+CHECK = GROWTH | {
     "growth_difference": Out((), "growth less the section map's exponent, in combined standard errors"),
     "growth_status": Out((), "how the second estimate ended", flags=STATUS),
 }
@@ -255,8 +255,8 @@ def twin(
     return {"growth": mean, "error": standard_error(logs), "status": status}
 
 
-def beside(value: float, error: float, growth: dict[str, Any]) -> dict[str, Any]:
-    """Values of `BESIDE`: a growth that checks the section map's largest exponent, and their difference."""
+def check_values(value: float, error: float, growth: dict[str, Any]) -> dict[str, Any]:
+    """Values of `CHECK`: a growth that checks the section map's largest exponent, and their difference."""
     combined = math.hypot(error, growth["error"])
     apart = (growth["growth"] - value) / combined if combined else math.nan
-    return dict(zip(BESIDE, (growth["growth"], growth["error"], apart, growth["status"]), strict=True))
+    return dict(zip(CHECK, (growth["growth"], growth["error"], apart, growth["status"]), strict=True))

@@ -38,11 +38,11 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Positive, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
-from jointplay.solver.motion.company import beside, in_company
+from jointplay.solver.motion.batching import batchable, batched
+from jointplay.solver.motion.eligibility import FOLLOWED, ROUTES
 from jointplay.solver.motion.ensemble_runs import ensemble_fits
-from jointplay.solver.motion.looks import part
+from jointplay.solver.motion.progress import part
 from jointplay.solver.motion.trajectory import INTERRUPTED, Request, prepare
-from jointplay.solver.motion.ways import FOLLOWED, WAYS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -163,10 +163,10 @@ OUTPUTS = Outputs(
     | {
         "turn_period": Out((), "mean period of a turn", "s"),
         "grazing": Out((), "smallest relative approach to a guard"),
-        "followed": Out((), FOLLOWED, about="in lanes or one by one", flags=WAYS),
+        "followed": Out((), FOLLOWED, about="in lanes or one by one", flags=ROUTES),
     }
     | OF_A_MODEL
-    | growth.BESIDE,
+    | growth.CHECK,
     answer,
     verdict,
     shown={
@@ -178,7 +178,7 @@ OUTPUTS = Outputs(
 )
 
 
-@beside(exponents=1, error=None, saltation=True, twin_turns=0)
+@batchable(exponents=1, error=None, saltation=True, twin_turns=0)
 @analysis(
     rules.length_fits,
     exponents_fit,
@@ -264,13 +264,13 @@ def lyapunov(
         prepare(model.structure, "tangents.tangent_flow")
         prepare(cut.structure)  # beside the other, which takes longer
     asked = Stretch(request, count, begin), error, saltation, part(motion["progress"], 0.0, share)
-    run = in_company(ensemble, partial(grown, model, *asked), followed_together)
+    run = batched(ensemble, partial(grown, model, *asked), followed_together)
     values = _values(run, count)
     if twin_turns and run.status != INTERRUPTED:
         rest = part(motion["progress"], share, 1.0)
         twin = growth.twin(cut, twin_turns, math.ceil(motion["transient"]), motion["max_steps"], rest)
         leading = (values[f"section_{name}_per_turn"][0] for name in ("exponent", "standard_error"))
-        values |= growth.beside(*map(float, leading), twin)
+        values |= growth.check_values(*map(float, leading), twin)
         if twin["status"] == INTERRUPTED:
             values["status"] = INTERRUPTED
     if isinstance(mechanism, TestSystem) and mechanism.period is None:  # nothing turns
@@ -284,5 +284,5 @@ def _values(run: Stretched, count: int) -> dict[str, Any]:
     found = found if run.status in USABLE else OUTPUTS.failed(found)
     for dim, name in (("exponent", "lyapunov_exponent"), ("multiplier", "section_exponent")):
         found[dim] = np.arange(1, len(found[name]) + 1)
-    found |= {"turn_period": turn, "grazing": run.grazing, "followed": run.way}
+    found |= {"turn_period": turn, "grazing": run.grazing, "followed": run.route}
     return found | run_values(model, run)

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from jointplay.analysis.gradients.at_points import derivatives, values
-from jointplay.analysis.gradients.wanted import Quantity
+from jointplay.analysis.gradients.selection import Quantity
 from jointplay.analysis.orbits.orbit_events import BEGINS, KIND, PLACE, approach_speeds
 from jointplay.analysis.quantities import WORK
 from jointplay.analysis.tangents import TIGHT, Bundle
@@ -142,8 +142,8 @@ class Run:
             far, near = (looked[place] for place in places)
             sides[side] = tuple(2 * b - a for a, b in zip(far, near, strict=True))
         y, _, rate = sides["before"]
-        n_x, h = len(rate), bundle.y.gradient
-        times = -(y @ h[1 : 1 + n_x] + h[1 + n_x :]) / (h[0] + h[1 : 1 + n_x] @ bundle.y.before)
+        n_x, h = len(rate), bundle.tangents.gradient
+        times = -(y @ h[1 : 1 + n_x] + h[1 + n_x :]) / (h[0] + h[1 : 1 + n_x] @ bundle.tangents.before)
         return {side: (*found, times) for side, found in sides.items()}
 
     def _here(self, row: np.ndarray, key: str, dx: np.ndarray, dt: np.ndarray) -> tuple[float, np.ndarray]:
@@ -156,8 +156,8 @@ class Run:
         if self.place is not None:
             times = -y[:, self.place] / rate[self.place]
         dx, row, found = y + np.outer(times, rate), bundle.recorded, {}
-        names = powers(self.model.structure)[: len(bundle.x.work)]
-        works = dict(zip(names, zip(bundle.x.work, _works(bundle, times).T, strict=True), strict=True))
+        names = powers(self.model.structure)[: len(bundle.motion.work)]
+        works = dict(zip(names, zip(bundle.motion.work, _works(bundle, times).T, strict=True), strict=True))
         if self.model.links and self.model.walls and works:  # impacts are no power's integral
             ends = (row, dx, times), (begin, self.directions.starts, 0 * times)
             works["joints"] = works["joints"][0], self._by_balance(works, *ends)
@@ -179,7 +179,7 @@ class Run:
 
 
 def _works(bundle: Bundle, times: np.ndarray) -> np.ndarray:
-    if not len(bundle.x.work):
+    if not len(bundle.motion.work):
         return np.zeros((len(times), 0))
     return bundle.works + np.outer(times, bundle.powers())
 

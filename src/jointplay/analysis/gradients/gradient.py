@@ -22,7 +22,7 @@ import numpy as np
 from jointplay.analysis import rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
-from jointplay.analysis.gradients import gradient_dataset, multipliers, wanted
+from jointplay.analysis.gradients import gradient_dataset, multipliers, selection
 from jointplay.analysis.gradients.evaluated import Run, nearness
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS, WHY
 from jointplay.analysis.keywords import Moving, Names, Settling, analysis
@@ -42,7 +42,7 @@ from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Plane, TestSystem
 from jointplay.solver.method.codes import Status
-from jointplay.solver.motion.looks import part
+from jointplay.solver.motion.progress import part
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,12 +52,12 @@ LOOSER = 10.0  # tolerance of the second run, in that of the first: their distan
 
 
 def _by_fits(mechanism: Mechanism | TestSystem, by: tuple[str, ...] | None, orbit: bool) -> Iterator[Problem]:
-    starts = [key for key in by or () if key.startswith(wanted.INITIAL)]
+    starts = [key for key in by or () if key.startswith(selection.INITIAL)]
     states = free_states(assemble(mechanism)) if starts and not orbit else ()
     if orbit and starts:
         yield Problem("by", starts[0], "a parameter is accepted: a periodic orbit has no start")
     else:
-        yield from wanted.parameters_fit(mechanism, by, states)
+        yield from selection.parameters_fit(mechanism, by, states)
 
 
 def _orbit_fits(mechanism: Mechanism | TestSystem, orbit: bool, section: Plane | None) -> Iterator[Problem]:
@@ -124,7 +124,7 @@ OUTPUTS = Outputs(
 )
 
 
-@analysis(wanted.quantities_fit, _by_fits, _orbit_fits, start_fits, usual={"rtol": 1e-10}, outputs=OUTPUTS)
+@analysis(selection.quantities_fit, _by_fits, _orbit_fits, start_fits, usual={"rtol": 1e-10}, outputs=OUTPUTS)
 def gradient(
     mechanism: Moving,
     *,
@@ -167,8 +167,8 @@ def gradient(
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     began = time.perf_counter()
-    quantities = [wanted.quantity(name) for name in of or wanted.usual_quantities(mechanism)]
-    keys = by or wanted.usual_parameters(mechanism)
+    quantities = [selection.quantity(name) for name in of or selection.usual_quantities(mechanism)]
+    keys = by or selection.usual_parameters(mechanism)
     orbits = np.array([each.how in multipliers.MULTIPLIERS for each in quantities])
     inside = [each for each, of_orbit in zip(quantities, orbits, strict=True) if not of_orbit]
     powers = any(each.how == "work" for each in quantities)
@@ -260,8 +260,8 @@ def _run(
     """The motion that is differentiated; ArithmeticError with a status if there is none."""
     model, turns = cut.model, cut.turns
     parts = [
-        of_start(model, state_names(model).index(key.removeprefix(wanted.INITIAL)))
-        if key.startswith(wanted.INITIAL)
+        of_start(model, state_names(model).index(key.removeprefix(selection.INITIAL)))
+        if key.startswith(selection.INITIAL)
         else _direction(Parameter(mechanism, key), start)
         for key in keys
     ]
@@ -313,7 +313,7 @@ def _moving(orbit: Orbit, cut: SectionMap, directions: Directions) -> tuple[Mode
 
 
 def _present(mechanism: Mechanism | TestSystem, key: str, initial: Any) -> float:
-    if not key.startswith(wanted.INITIAL):
+    if not key.startswith(selection.INITIAL):
         return float(Parameter(mechanism, key).value)
     model = placed(mechanism, _start(mechanism, initial))
-    return float(model.state[state_names(model).index(key.removeprefix(wanted.INITIAL))])
+    return float(model.state[state_names(model).index(key.removeprefix(selection.INITIAL))])

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.gradients import wanted
+from jointplay.analysis.gradients import selection
 from jointplay.analysis.labels import Out
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
@@ -44,7 +44,7 @@ LABELS = {
 
 def labels(quantities: list, keys: tuple[str, ...], mechanism: Mechanism | TestSystem) -> dict[str, Any]:
     """Values of `LABELS`: names and units of quantities and parameters."""
-    units = ["1" if key.startswith(wanted.INITIAL) else Parameter(mechanism, key).cf_units for key in keys]
+    units = ["1" if key.startswith(selection.INITIAL) else Parameter(mechanism, key).cf_units for key in keys]
     return {
         "quantity": np.array([each.name for each in quantities]),
         "quantity_units": np.array([each.units for each in quantities]),

@@ -31,12 +31,12 @@ from pydantic import Field
 from jointplay.analysis.coexisting.region import Region
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
-from jointplay.analysis.gradients import gradient_dataset, wanted
+from jointplay.analysis.gradients import gradient_dataset, selection
 from jointplay.analysis.gradients.gradient import gradient, start_section
 from jointplay.analysis.gradients.multipliers import MULTIPLIERS
 from jointplay.analysis.keywords import Moving, Quantity, Settling, Small, analysis
 from jointplay.analysis.labels import Out, ended
-from jointplay.analysis.optima.asked import FORCE, aim_fits, bounds_fit, contacts, ideal_fits
+from jointplay.analysis.optima.checks import FORCE, aim_fits, bounds_fit, contacts, ideal_fits
 from jointplay.analysis.optima.descent import descended
 from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.orbits.orbit_request import start_fits
@@ -260,13 +260,13 @@ def optimise(
         end, found = descended(trials, aim.sized(trials.at(x)), x, tolerance, max_iterations)
         kept = 1.0
     aim = aim.sized(found)
-    table = _way(trials, aim) | _optimum(trials, found, first)
-    table |= beside(trials, aim, found, neighbourhood, tolerance)
+    table = _designs_tried(trials, aim) | _optimum(trials, found, first)
+    table |= neighbour_values(trials, aim, found, neighbourhood, tolerance)
     runs = [followed(design, names, by, settings) for design in (mechanism, trials.design(found.x))]
     table |= _motions(runs, found)
     table |= {"end": ENDS.index(end), "missed": aim.missed(found), "play_kept": kept}
     table |= {"limit_low": aim.limits[:, 0], "limit_high": aim.limits[:, 1]} | ended(found.status, began)
-    table |= gradient_dataset.labels([wanted.quantity(name) for name in names], tuple(by), mechanism)
+    table |= gradient_dataset.labels([selection.quantity(name) for name in names], tuple(by), mechanism)
     table["side"] = np.array(["below", "above"])
     course = next((course for _, course in runs if course is not None), None)
     of = None if course is None else {key: course.attrs[word] for key, word in COURSE.items()}
@@ -274,7 +274,7 @@ def optimise(
     return OUTPUTS.dataset(table, of=of, **told)
 
 
-def _way(trials: Trials, aim: Aim) -> dict[str, Any]:
+def _designs_tried(trials: Trials, aim: Aim) -> dict[str, Any]:
     """The designs tried, in order."""
     made = trials.made
     whole = [each if each.share == 1 and not each.status else None for each in made]  # with all the play
@@ -361,7 +361,9 @@ def _with_share(trials: Trials, share: float) -> Trials:
     )
 
 
-def beside(trials: Trials, aim: Aim, found: Trial, share: float, tolerance: float) -> dict[str, Any]:
+def neighbour_values(
+    trials: Trials, aim: Aim, found: Trial, share: float, tolerance: float
+) -> dict[str, Any]:
     """The optimum's neighbours: each variable changed by a share of its value, within its bounds."""
     value, allowed = np.full((len(trials.by), 2), np.nan), np.zeros((len(trials.by), 2), dtype=bool)
     at = trials.low + trials.width * found.x

@@ -20,7 +20,7 @@ from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.quantities import STATUS
 from jointplay.display.errors import InputError, ModelWarning
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
-from jointplay.solver.motion.looks import look
+from jointplay.solver.motion.progress import tick
 
 INVALID = STATUS.index("not_converged")
 
@@ -105,7 +105,7 @@ class Trials:
 
     def tried(self, x: np.ndarray) -> Trial:
         """Evaluate a design."""
-        look()
+        tick()
         n, m = len(self.quantities), len(x)
         try:
             with warnings.catch_warnings():

@@ -15,13 +15,21 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.orbits.arclength import solve
-from jointplay.analysis.orbits.beside import SMALL, alike, apart, half_shift, image_beyond, outside, shifted
 from jointplay.analysis.orbits.branch_points import Special, between
 from jointplay.analysis.orbits.family import Family, Point
+from jointplay.analysis.orbits.neighbours import (
+    SMALL,
+    distance,
+    half_shift,
+    image_beyond,
+    outside,
+    same_orbit_events,
+    shifted,
+)
 from jointplay.analysis.orbits.orbit_events import changed_event, same_events
 from jointplay.analysis.orbits.orbit_search import shift_from_events
 from jointplay.analysis.orbits.section_map import Image
-from jointplay.solver.motion.looks import Late, Stopped
+from jointplay.solver.motion.progress import Aborted, Stopped
 
 WHY = {  # a branch, or a curve, ends
     "range": "end of the range",
@@ -114,7 +122,7 @@ class Tracer:
             last = self._away_from_events(start)
             while end is None:
                 last, length, end = self._advance(last, length)
-        except (Stopped, Late):
+        except (Stopped, Aborted):
             end = "interrupted"
         return Branch(self.points, self.specials, ("origin", end))
 
@@ -152,7 +160,7 @@ class Tracer:
         if end == "joined":
             near = self.family.condition is None or length <= STALLED * self.step
             return (last, length, end) if near else (last, length / 2, None)
-        if not alike(last, new):
+        if not same_orbit_events(last, new):
             return self._graze(last, new, length)
         self._between(last, new)
         self._take(new)
@@ -222,15 +230,15 @@ class Tracer:
         while high - low > ENCLOSED:
             middle = (low + high) / 2
             point = self._try(last, middle, DEVIATION * length, kinks=True)
-            if point is not None and alike(last, point):
+            if point is not None and same_orbit_events(last, point):
                 low, before = middle, point
                 continue
             high, beyond = middle, beyond if point is None else point
-        width, narrowed = apart(before, beyond), False
+        width, narrowed = distance(before, beyond), False
         if width > NEARLY:  # Newton's method failed at the kink: enclose from the other side
             (beyond, width, _), narrowed = self._back(beyond, before), True
         self._between(last, before)
-        if apart(before, beyond) > GAP[self.family.condition is not None]:
+        if distance(before, beyond) > GAP[self.family.condition is not None]:
             gap = float(np.max(np.abs(beyond.q - before.q)))
             self._note_grazing(before, beyond.orbit.image, before.q, gap)
             return before, length, "grazing"
@@ -243,7 +251,7 @@ class Tracer:
         """
         for h in (factor * length for factor in LEAPS if factor * length <= self.step):
             point = self._try(last, h, DEVIATION * h, kinks=True)
-            if point is None or alike(last, point) or len(outside(point.q)):
+            if point is None or same_orbit_events(last, point) or len(outside(point.q)):
                 continue
             nearest, width, after = self._back(point, last)
             if after is not None and same_events(after.events, last.orbit.image.events):
@@ -279,12 +287,12 @@ class Tracer:
         while (high - low) * size > ENCLOSED:
             middle = (low + high) / 2
             point = solve(self.family, beyond, beyond.z + middle * chord, -chord / size)
-            if point is not None and alike(beyond, point):
+            if point is not None and same_orbit_events(beyond, point):
                 low, nearest = middle, point
             else:
                 high = middle
         after = image_beyond(self.family, replace(nearest, tangent=chord / size))
-        return (nearest, after[1], after[0]) if after else (nearest, apart(nearest, before), None)
+        return (nearest, after[1], after[0]) if after else (nearest, distance(nearest, before), None)
 
     def _note_grazing(self, point: Point, after: Image, q: Any, width: float) -> None:
         """Note a grazing after a point, with the event that appears or vanishes there."""

@@ -55,7 +55,7 @@ class Passages:
     def _all(self, point: Point) -> tuple[Point, tuple, list[Motion]]:
         if id(point.orbit) not in self._of:
             rows = self._followed(point.orbit)
-            sides = [] if rows[-1] else branch_tangents.beside(self.family, point, self._followed)
+            sides = [] if rows[-1] else branch_tangents.neighbour_motions(self.family, point, self._followed)
             self._of[id(point.orbit)] = (point, rows, sides)
         return self._of[id(point.orbit)]
 

@@ -75,18 +75,18 @@ class Slopes:
     quantities: dict[str, Any] = field(default_factory=dict)
 
 
-def beside(family: Family, point: Point, follow: Callable[[Orbit], tuple]) -> list[Motion]:
+def neighbour_motions(family: Family, point: Point, follow: Callable[[Orbit], tuple]) -> list[Motion]:
     """The motions next to a point that have its events: two, one or none."""
     if not np.any(point.tangent):
         return []
     for h in STEPS:
-        found = [_beside(family, point, each, follow) for each in (-h, h)]
+        found = [_neighbour_motion(family, point, each, follow) for each in (-h, h)]
         if any(found):
             return [motion for motion in found if motion]
     return []
 
 
-def _beside(family: Family, point: Point, h: float, follow: Callable) -> Motion | None:
+def _neighbour_motion(family: Family, point: Point, h: float, follow: Callable) -> Motion | None:
     try:
         section, state = family.placed(point.z + h * point.tangent, point)
     except InputError:  # a little beyond its range a parameter may have no meaning

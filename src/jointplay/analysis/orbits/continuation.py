@@ -49,7 +49,7 @@ from jointplay.display.units import measure
 from jointplay.solver.mechanism.base import Flag, Natural, Number, unit
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section
-from jointplay.solver.motion.looks import Late, Stopped
+from jointplay.solver.motion.progress import Aborted, Stopped
 from jointplay.solver.motion.trajectory import INTERRUPTED
 
 if TYPE_CHECKING:
@@ -257,7 +257,7 @@ class Explorer:
                 self.branches.append(branch)
                 if "interrupted" in branch.ends:
                     break
-        except (Stopped, Late):  # between two branches
+        except (Stopped, Aborted):  # between two branches
             self.branches = self.branches or [_lone(orbit, q, "interrupted")]
             self.branches[-1] = replace(self.branches[-1], ends=(self.branches[-1].ends[0], "interrupted"))
         return self.branches

@@ -32,7 +32,7 @@ from jointplay.display.number_text import plain
 from jointplay.display.units import measure
 from jointplay.solver.mechanism.base import Natural
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
-from jointplay.solver.motion.looks import part
+from jointplay.solver.motion.progress import part
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -221,8 +221,8 @@ class SectionMap:
         fields = {"level": level, "period": period, "direction": self.direction, "stop_after": count}
         request = self.request(longest, rates=sharp, **fields)
         _, rows, status = self.run(state, request, np.zeros((0, len(state))))
-        doubts, crossings = rows[rows[:, 0] == Row.DOUBT, 1:], rows[rows[:, 0] == Row.SECTION, 3:]
-        crossings = resolved(self.model, self.rtol, doubts, crossings)[0][:count]
+        coarse, crossings = rows[rows[:, 0] == Row.COARSE, 1:], rows[rows[:, 0] == Row.SECTION, 3:]
+        crossings = resolved(self.model, self.rtol, coarse, crossings)[0][:count]
         short = FAILED if len(crossings) < count else 0  # it never came back
         return crossings, status or short
 
@@ -240,7 +240,9 @@ class SectionMap:
         """Rows at some times, and the status; sharp as in `passages`."""
         request = self.request(float(times[-1]), at=times, rates=sharp)
         bundle, rows, status = self.run(state, request, np.zeros((0, len(state))))
-        (samples,) = resolved(self.model, self.rtol, rows[rows[:, 0] == Row.DOUBT, 1:], bundle.x.samples)
+        (samples,) = resolved(
+            self.model, self.rtol, rows[rows[:, 0] == Row.COARSE, 1:], bundle.motion.samples
+        )
         return samples, status
 
     def request(self, end: float, **fields) -> Request:
@@ -266,15 +268,15 @@ class SectionMap:
         if directions is not None:
             driven = replace(directions, starts=np.zeros_like(directions.starts))
         bundle = Bundle(model, request, frame, held=True, directions=driven)
-        x, parts, status = bundle.x, [], bundle.full
-        x.s[0] = self.begin
+        motion, parts, status = bundle.motion, [], bundle.full
+        motion.s[0] = self.begin
         if directions is not None and np.any(directions.begins):
             bundle.advance(self.begin)  # no step: the modes of the start
             bundle.shift(-directions.begins)
         while status == bundle.full:
             status = bundle.advance(until)
-            parts.append(x.log[: x.count[LOGGED]].copy())
-            x.count[LOGGED] = 0
+            parts.append(motion.log[: motion.count[LOGGED]].copy())
+            motion.count[LOGGED] = 0
         return bundle, np.concatenate(parts), status
 
     def _projected(self, M: np.ndarray, rate: np.ndarray) -> np.ndarray:

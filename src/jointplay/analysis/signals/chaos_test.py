@@ -34,7 +34,7 @@ from jointplay.display import codes
 from jointplay.display.number_text import MINUS
 from jointplay.solver.mechanism.base import Count, Natural
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
-from jointplay.solver.motion.looks import part, seen
+from jointplay.solver.motion.progress import part, ticked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -203,14 +203,14 @@ def walk(series: np.ndarray, c: np.ndarray) -> np.ndarray:
     """The path p + i q for each frequency: complex, shape (frequencies, samples)."""
     phi = np.asarray(series, dtype=float)
     n, away = 1j * np.arange(1, len(phi) + 1), phi - phi.mean()
-    return np.array([np.cumsum(away * np.exp(one * n)) for one in seen(c)])
+    return np.array([np.cumsum(away * np.exp(one * n)) for one in ticked(c)])
 
 
 def displacement(paths: np.ndarray) -> np.ndarray:
     """Mean square displacement over 1, 2, … samples, to a tenth of the series; shape (frequencies, lags)."""
     longest = paths.shape[1] // SHARE
     kept = paths.shape[1] - longest
-    moved = (paths[:, n : n + kept] - paths[:, :kept] for n in seen(range(1, longest + 1)))
+    moved = (paths[:, n : n + kept] - paths[:, :kept] for n in ticked(range(1, longest + 1)))
     return np.array([np.mean(np.abs(each) ** 2, axis=1) for each in moved]).reshape(longest, len(paths)).T
 
 

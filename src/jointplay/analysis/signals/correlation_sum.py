@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jointplay.solver.motion.looks import seen
+from jointplay.solver.motion.progress import ticked
 
 FLOOR, PER_DECADE = 1e-3, 32  # radii: from this share of the set's size on, so many a decade
 BLOCK = 512  # points whose neighbours are counted between two looks
@@ -68,10 +68,10 @@ def correlation_sum(points: np.ndarray, at: np.ndarray, window: int) -> np.ndarr
 
     tree, count = cKDTree(points), len(points)
     blocks = (tree.indices[i : i + BLOCK] for i in range(0, count, BLOCK))  # of points near each other
-    close = sum(cKDTree(points[block]).count_neighbors(tree, at) for block in seen(blocks))
+    close = sum(cKDTree(points[block]).count_neighbors(tree, at) for block in ticked(blocks))
     close -= count  # each pair twice, and each point with itself
     total = count * (count - 1)
-    for lag in seen(range(1, window)):
+    for lag in ticked(range(1, window)):
         apart = np.linalg.norm(points[lag:] - points[:-lag], axis=1)
         close -= 2 * np.searchsorted(np.sort(apart), at, side="right")
         total -= 2 * (count - lag)

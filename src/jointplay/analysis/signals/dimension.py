@@ -25,7 +25,7 @@ from jointplay.display.number_text import with_error
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Natural, accepts
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
-from jointplay.solver.motion.looks import part
+from jointplay.solver.motion.progress import part
 
 if TYPE_CHECKING:
     import xarray as xr

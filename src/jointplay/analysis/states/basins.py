@@ -45,14 +45,14 @@ from jointplay.analysis.states.basin_uncertainty import (
 from jointplay.analysis.states.ends import BAD, Observation, ends, features
 from jointplay.analysis.states.matching import Attractors, match
 from jointplay.analysis.states.start_plane import Starts, axis_values, grid
-from jointplay.analysis.sweeps import quarters
-from jointplay.analysis.sweeps.quarters import Point, refined, standing
+from jointplay.analysis.sweeps import subdivision
+from jointplay.analysis.sweeps.subdivision import Point, refined, representatives
 from jointplay.display import codes
 from jointplay.display.number_text import plain, with_error
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
 from jointplay.solver.mechanism.model import Model
+from jointplay.solver.motion.eligibility import ROUTES
 from jointplay.solver.motion.ensemble_runs import ensemble_fits, in_lanes
-from jointplay.solver.motion.ways import WAYS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -120,7 +120,7 @@ OUTPUTS = Outputs(
             about="as ``status``, or ``saddle``: on an orbit that attracts nothing",
             flags=NODE_STATUS,
         ),
-        "followed": Out(PLANE, "how the node's motion was followed", flags=WAYS),
+        "followed": Out(PLANE, "how the node's motion was followed", flags=ROUTES),
         "period": Out("number", "period in turns; 0: none found"),
         "count": Out("number", "nodes that reach the attractor"),
         "fraction": Out(
@@ -133,7 +133,7 @@ OUTPUTS = Outputs(
         "section_state": Out(("number", "point", "state"), "states at the section (SI)"),
         "section_plane": Out(("number", "point", "axis"), "section points, in the units of the plane's axes"),
     }
-    | quarters.OUTS
+    | subdivision.OUTS
     | {
         "pair_distance": Out("pair", "distance of a pair, in lengths of the axes"),
         "pair_count": Out("pair", "pairs"),
@@ -308,14 +308,14 @@ def _adaptive(starts, axes, levels: int, extra, observation, progress, n_jobs):
 
     alike = partial(_alike, observation.tolerance)
     boxes, computed = refined(shape, levels, alike, looked, progress)
-    place, level = standing(shape, boxes, computed)
+    place, level = representatives(shape, boxes, computed)
     first, last = parts[0], len(parts[0][0]) - len(more)
     order = [*computed]  # in the order in which they were computed
     at = {np.ravel_multi_index(point, shape): n + len(more) * (n >= last) for n, point in enumerate(order)}
     rows = [at[int(each)] for each in place.flat] + [*range(last, len(first[0]))]
     columns = [np.concatenate([each[n] for each in parts])[rows] for n in range(3)]
     states = [end for each in parts for end in each[3]]
-    return (*columns, [states[row] for row in rows]), quarters.told(computed, level)
+    return (*columns, [states[row] for row in rows]), subdivision.variables(computed, level)
 
 
 def _alike(tolerance: float, looks: list[tuple[int, int, np.ndarray]]) -> bool:

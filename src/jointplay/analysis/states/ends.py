@@ -24,9 +24,9 @@ from jointplay.analysis.states.journal_position import Journals
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle
+from jointplay.solver.motion.eligibility import joined_route
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Records, Request, follow
-from jointplay.solver.motion.ways import both
 
 STRICTER = 10  # tolerance at which ends are matched over that at which a period is found
 POINTS = 128  # kept of an end without a period, over all tries; more only where more turns are observed
@@ -66,15 +66,15 @@ def ends(starts: Starts, nodes: np.ndarray, observation: Observation) -> dict[st
         the states at the section, one period of them or the last that were observed; ``status``.
     """
     models = starts.all(nodes)
-    status, periods, states, ways = zip(*end_states(starts.model, models, observation), strict=True)
-    rows = {"node_status": status, "period": periods, "followed": ways}
+    status, periods, states, routes = zip(*end_states(starts.model, models, observation), strict=True)
+    rows = {"node_status": status, "period": periods, "followed": routes}
     return {"status": 0, "states": list(states)} | {name: np.array(row) for name, row in rows.items()}
 
 
 def end_states(
     base: Model, starts: list[Model | None], observation: Observation
 ) -> list[tuple[int, int, np.ndarray, int]]:
-    """Status, period and section states of the ends of motions, and the way of following them (`WAYS`).
+    """Status, period and section states of the ends of motions, and their routes (`ROUTES`).
 
     Parameters
     ----------
@@ -91,15 +91,15 @@ def end_states(
     for again in range(1 + observation.patience):
         drop, models = 0 if again else observation.transient, [model for model, *_ in left.values()]
         cuts = section_states(base, models, drop, observation)
-        for (n, (_, seen, before)), (states, status, way) in zip([*left.items()], cuts, strict=True):
-            repeats, way = 0 if status else _period(base, states, observation), both(before, way)
+        for (n, (_, seen, before)), (states, status, route) in zip([*left.items()], cuts, strict=True):
+            repeats, route = 0 if status else _period(base, states, observation), joined_route(before, route)
             if status or repeats:
-                result[n] = (status, repeats, nothing if status else states[-repeats:], way)
+                result[n] = (status, repeats, nothing if status else states[-repeats:], route)
                 del left[n]
             else:
                 seen = np.concatenate([seen, states])[-max(POINTS, observation.turns) :]
-                left[n] = replace(base, state=states[-1]), seen, way
-    result |= {n: (0, 0, seen, way) for n, (_, seen, way) in left.items()}
+                left[n] = replace(base, state=states[-1]), seen, route
+    result |= {n: (0, 0, seen, route) for n, (_, seen, route) in left.items()}
     return [result[n] for n in range(len(starts))]
 
 
@@ -123,13 +123,13 @@ def shortest_period(points: np.ndarray, longest: int, tolerance: float) -> int:
 def section_states(
     base: Model, starts: list[Model], drop: int, observation: Observation
 ) -> list[tuple[np.ndarray, int, int]]:
-    """States of each start at the section after `drop` turns (turns, states), status and way (`WAYS`)."""
+    """States of each start at the section after `drop` turns (turns, states), status and route (`ROUTES`)."""
     requests = [_request(base, start, drop, observation) for start in starts]
     if observation.ensemble:
         records = follow_ensemble(starts, requests)
     else:
         records = [follow(*pair) for pair in zip(starts, requests, strict=True)]
-    return [(*_states(base, each, observation.turns), each.way) for each in records]
+    return [(*_states(base, each, observation.turns), each.route) for each in records]
 
 
 def _request(base: Model, start: Model, drop: int, observation: Observation) -> Request:

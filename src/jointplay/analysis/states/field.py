@@ -95,7 +95,7 @@ def stretch(model: Model, turns: int, rtol: float, max_steps: int | None = None)
         if status or not (math.isfinite(size) and size > 0):
             return math.nan, math.nan, status or STATUS.index("not_converged")
         log += math.log(size)
-        bundle.y.d[:] /= size  # the tangents' equations are linear
+        bundle.tangents.d[:] /= size  # the tangents' equations are linear
     ends = bundle.vectors
     if crank is not None:
         F = bundle.rate()

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.solver.motion.looks import look
+from jointplay.solver.motion.progress import tick
 
 BINS = 8
 SHARED = 0.5
@@ -74,7 +74,7 @@ def by_distance(sets: np.ndarray, tolerance: float) -> list[np.ndarray]:
     """Groups of sets of points, shape (sets, points, coordinates), each within the tolerance of its first."""
     left, groups = np.arange(len(sets)), []
     while left.size:
-        look()
+        tick()
         apart = set_distance(sets[left], sets[left[0]])
         groups.append(left[apart <= tolerance])
         left = left[apart > tolerance]
@@ -96,7 +96,7 @@ def by_histograms(clouds: list[np.ndarray]) -> list[np.ndarray]:
         inside = np.zeros(len(left), dtype=bool)
         inside[0], before = True, 0
         while inside.sum() > before:
-            look()
+            tick()
             before, mean = inside.sum(), shares[left[inside]].mean(axis=0)
             overlap = np.minimum(shares[left], mean).sum(axis=-1).min(axis=-1)
             inside |= overlap >= SHARED

@@ -27,7 +27,7 @@ from jointplay.display.errors import Problem
 from jointplay.display.number_text import plain, signed
 from jointplay.solver.mechanism.base import Count, Natural, accepts
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
-from jointplay.solver.motion.looks import part
+from jointplay.solver.motion.progress import part
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -27,9 +27,9 @@ from jointplay.analysis.sweeps.points import EXPONENTS, LABELLED
 from jointplay.analysis.tangents import scales
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
-from jointplay.solver.motion.company import side_by_side
+from jointplay.solver.motion.batching import batch
+from jointplay.solver.motion.eligibility import joined_route
 from jointplay.solver.motion.trajectory import Records, Request, follow
-from jointplay.solver.motion.ways import both
 
 RTOL = 1e-7  # periodic section points then lie within 1e-5 of a clearance; a fifth faster than 1e-8
 TOLERANCE = 1e-4  # of a clearance, or of a test system's unit: spread of section points that count as one
@@ -89,15 +89,15 @@ def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[st
         If the start or the section does not fit the mechanism; numerical trouble is a status instead.
     """
     model = placed(mechanism, start, plan.section)
-    steps, way = 0, 1
+    steps, route = 0, 1
     if plan.transient:
         dropped = _run(model, plan, plan.transient, watched=False)
         if dropped.status:
             return _failed(dropped, f"in the {plan.transient} turns dropped", 0)
         model = moved(model, _state(model, plan, _last(model, plan, dropped)))
-        steps, way = dropped.counts["n_steps"], dropped.way
+        steps, route = dropped.counts["n_steps"], dropped.route
     records = _run(model, plan, plan.turns, watched=True)
-    records = replace(records, way=both(way, records.way))
+    records = replace(records, route=joined_route(route, records.route))
     if records.status:
         return _failed(records, f"in the {plan.turns} turns looked at", steps)
     result = _described(model, plan, records)
@@ -111,7 +111,7 @@ def settle_together(points: Sequence[tuple[Mechanism | TestSystem, Any]], plan: 
     As `settle`, one by one; a point whose input is refused has only a ``status`` and ``trouble``.
     """
     given = ({"mechanism": mechanism, "start": start, "plan": plan} for mechanism, start in points)
-    return side_by_side([partial(guarded, settle, each) for each in given], followed_together)
+    return batch([partial(guarded, settle, each) for each in given], followed_together)
 
 
 def _failed(records: Records, where: str, steps: int) -> dict[str, Any]:
@@ -179,7 +179,7 @@ def _described(model: Model, plan: Plan, records: Records) -> dict[str, Any]:
         "end": End(state_names(model), _state(model, plan, last), model.crank_angle),
         "labels": {dim: getattr(model, f"{dim}s") for dim in LABELLED},
         "points": points.variables(plan.record, "point"),
-        "values": values | {"followed": ((), np.int8(records.way))},
+        "values": values | {"followed": ((), np.int8(records.route))},
     }
 
 
@@ -238,5 +238,5 @@ def _exponents(mechanism: Mechanism | TestSystem, result: Mapping[str, Any], pla
         return done | {"status": run.status, "trouble": f"{STATUS[run.status]} while exponents were measured"}
     measured = run.leading(count)
     exponents = {name: (out.axes, measured[name]) for name, out in EXPONENTS.items()}
-    exponents["exponents_followed"] = ((), np.int8(run.way))
+    exponents["exponents_followed"] = ((), np.int8(run.route))
     return done | {"values": result["values"] | exponents}

@@ -28,7 +28,7 @@ from jointplay.analysis.labels import PLANE, Out, along
 from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rules import assembled_at, each_alike, quantity
 from jointplay.analysis.starts import placed
-from jointplay.analysis.sweeps import chains, gather, points, quarters, stretches
+from jointplay.analysis.sweeps import chains, gather, points, stretches, subdivision
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.chains import DIRECTIONS, Sweep
 from jointplay.analysis.sweeps.refine import adaptive, refine_fits
@@ -213,7 +213,7 @@ OUTPUTS = Outputs(
     {"direction": chains.DIRECTION} | points.NUMBERS,
     {"QUANTITY": Out((*EACH, "point"), "what `record` asks for at the last section points", "", "else NaN")}
     | along(points.OUTS | gather.OF_CELL, *EACH)
-    | quarters.OUTS
+    | subdivision.OUTS
     | {"period_tolerance": Out((), "spread of section points that count as one"), "status": gather.ENDED},
     answer,
 )

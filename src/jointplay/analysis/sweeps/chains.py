@@ -106,7 +106,7 @@ class Sweep:
     def work(self, progress: Callable[[float], None] | None) -> Work:
         """The chains as work to hand out."""
         shape = dict(zip(self.dims, self.shape, strict=True))
-        return Work(abreast([each for each, _ in self.chains]), shape, progress, self.warm)
+        return Work(batched_chains([each for each, _ in self.chains]), shape, progress, self.warm)
 
     @property
     def keys(self) -> list[str]:
@@ -203,7 +203,7 @@ class Chain:
 
 
 @dataclass(frozen=True)
-class Abreast:
+class ChainBatch:
     """Chains whose points are followed side by side as an ensemble, the first of all, then the second, …"""
 
     own: tuple[Chain, ...]
@@ -228,22 +228,22 @@ class Abreast:
         """Give the chain of a point, up to that."""
         return next(chain for chain in self.own if key in chain.keys).only(key)
 
-    def sample(self) -> Abreast:
+    def sample(self) -> ChainBatch:
         """Give the first row."""
-        return Abreast(tuple(chain.sample() for chain in self.own))
+        return ChainBatch(tuple(chain.sample() for chain in self.own))
 
-    def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Abreast | None:
+    def left(self, done: Container[str], answers: Mapping[str, Entry]) -> ChainBatch | None:
         """Give the unfinished chains; None if all are finished."""
         rest = [left for chain in self.own if (left := chain.left(done, answers)) is not None]
-        return Abreast(tuple(rest)) if rest else None
+        return ChainBatch(tuple(rest)) if rest else None
 
 
-def abreast(chains: Sequence[Chain]) -> list[Chain | Abreast]:
+def batched_chains(chains: Sequence[Chain]) -> list[Chain | ChainBatch]:
     """Put carried chains side by side where they go in lanes, in groups of nearly one size."""
     side = [chain for chain in chains if chain.carried and chain.plan.ensemble]
     single = [chain for chain in chains if not (chain.carried and chain.plan.ensemble)]
     count = groups(len(side), ABREAST)
-    return [Abreast(tuple(side[n::count])) for n in range(count)] + single
+    return [ChainBatch(tuple(side[n::count])) for n in range(count)] + single
 
 
 def groups(count: int, most: int) -> int:

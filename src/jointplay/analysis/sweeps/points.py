@@ -10,7 +10,7 @@ from jointplay.analysis.exponents import batch_means, section_exponents
 from jointplay.analysis.labels import Out, units
 from jointplay.jobs.columns import Plain, shared
 from jointplay.jobs.job import Entry
-from jointplay.solver.motion.ways import WAYS
+from jointplay.solver.motion.eligibility import ROUTES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,8 +37,8 @@ OUTS = {  # of a test system those along joints are of all its contacts
         "contact modes of the turn, one after another",
         comment="f free, r released, + - slip, s stick, c contact; of a test system the walls met",
     ),
-    "followed": Out((), "how the motion was followed", flags=WAYS),
-    "exponents_followed": Out((), "how the motion was followed while exponents were measured", flags=WAYS),
+    "followed": Out((), "how the motion was followed", flags=ROUTES),
+    "exponents_followed": Out((), "how the motion was followed while exponents were measured", flags=ROUTES),
     "n_steps": Out((), "accepted steps"),
     "end_state": Out(
         "state", "positions and speeds at the end", comment="rad, m, rad/s, m/s; accepted as a start"

@@ -2,8 +2,8 @@
 
 Two points differ where one failed, where their periods differ, where only one has an exponent, or where their
 leading exponents per turn are apart by more than `contrast` and by more than three standard errors of the
-difference; `quarters` says what follows from that. Points have the keys that they have in the whole sweep: a
-journal of the one is of use to the other.
+difference; `subdivision` says what follows from that. Points have the keys that they have in the whole
+sweep: a journal of the one is of use to the other.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 
 from jointplay.analysis.cells import Read, Work, answered
 from jointplay.analysis.sweeps.chains import BLOCK, TOGETHER, Chain, Sweep
-from jointplay.analysis.sweeps.quarters import OUTS, Point, refined, standing, told
+from jointplay.analysis.sweeps.subdivision import OUTS, Point, refined, representatives, variables
 from jointplay.display.errors import Problem
 from jointplay.jobs.job import Entry
 
@@ -26,7 +26,7 @@ ERRORS = 3.0  # standard errors beyond which exponents differ
 EXPONENTS = ("section_exponent_per_turn", "lyapunov_exponent_per_turn")  # the first that a point has
 
 
-class Look(NamedTuple):
+class Features(NamedTuple):
     """Status and period of a motion; its leading exponent per turn with its error, NaN where unknown."""
 
     status: int
@@ -43,7 +43,7 @@ def refine_fits(refine: int, direction: tuple[str, ...]) -> Iterator[Problem]:
         yield Problem("refine", refine, "at most 20 is accepted: boxes of 2^20 values")
 
 
-def look(answer: Entry) -> Look:
+def features_of(answer: Entry) -> Features:
     """Features of a point's answer that decide whether others are like it."""
     values = answer["dataset"].values if "dataset" in answer else []
     fields = answer["dataset"].layout.fields if "dataset" in answer else []
@@ -52,19 +52,19 @@ def look(answer: Entry) -> Look:
     if name := next((each for each in EXPONENTS if each in found and found[each].size), None):
         numbers = [float(found[each][0]) for each in (name, name.replace("exponent", "standard_error"))]
     period = int(found["period"][0]) if "period" in found else -1
-    return Look(int(answer["status"]), period, *numbers)
+    return Features(int(answer["status"]), period, *numbers)
 
 
-def alike(contrast: float) -> Callable[[list[tuple[Look, ...]]], bool]:
+def alike(contrast: float) -> Callable[[list[tuple[Features, ...]]], bool]:
     """Whether motions with these features, one of each start, may stand for each other."""
 
-    def same(one: Look, other: Look) -> bool:
+    def same(one: Features, other: Features) -> bool:
         if one[:2] != other[:2] or isfinite(one.exponent) != isfinite(other.exponent):
             return False
         apart, error = abs(one.exponent - other.exponent), hypot(one.error, other.error)
         return not apart > contrast or apart <= ERRORS * error
 
-    def equal(looks: list[tuple[Look, ...]]) -> bool:
+    def equal(looks: list[tuple[Features, ...]]) -> bool:
         pairs = combinations(dict.fromkeys(looks), 2)
         return all(same(a, b) for one, other in pairs for a, b in zip(one, other, strict=True))
 
@@ -84,19 +84,21 @@ def adaptive(
     """
     shape, keys, reads = sweep.shape[: len(sweep.axes)], np.reshape(sweep.keys, sweep.shape), []
 
-    def looked(points: list[Point], tell: Callable[[float], None] | None) -> dict[Point, tuple[Look, ...]]:
+    def evaluated(
+        points: list[Point], tell: Callable[[float], None] | None
+    ) -> dict[Point, tuple[Features, ...]]:
         wanted = {key for point in points for key in keys[point].flat}
         size = {"of the grid, in this round": len(wanted)}
         work = Work(_jobs(sweep, wanted), size, tell, sweep.warm, possible=sweep.keys)
         reads.append(answered(work, n_jobs))
-        seen = {key: look(answer) for key, answer in reads[-1]()}
+        seen = {key: features_of(answer) for key, answer in reads[-1]()}
         return {point: tuple(seen[key] for key in keys[point].flat) for point in points}
 
-    boxes, computed = refined(shape, levels, alike(contrast), looked, progress)
-    place, level = standing(shape, boxes, computed)
+    boxes, computed = refined(shape, levels, alike(contrast), evaluated, progress)
+    place, level = representatives(shape, boxes, computed)
     own = keys.reshape(-1, *keys.shape[len(shape) :])[place]
     dims = tuple(axis.name for axis in sweep.axes)
-    found = {name: OUTS[name].variable(each, plane=dims) for name, each in told(computed, level).items()}
+    found = {name: OUTS[name].variable(each, plane=dims) for name, each in variables(computed, level).items()}
     return list(own.flat), lambda: chain.from_iterable(read() for read in reads), found
 
 

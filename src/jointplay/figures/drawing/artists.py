@@ -17,7 +17,7 @@ from jointplay.display import codes
 from jointplay.display.number_text import RAISED
 from jointplay.display.units import PLAIN, Shown, shown
 from jointplay.figures.drawing import select, style
-from jointplay.figures.drawing.lent import Panel
+from jointplay.figures.drawing.panel import Panel
 from jointplay.figures.drawing.smooth import smooth
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ def name_y(ax: Axes, y: DataArray, unit: Shown, longest: int = LONGEST) -> None:
 def displayed(array: DataArray, unit: Shown | None = None) -> tuple[np.ndarray, Shown]:
     """Return the values of `array` in its display unit, or in `unit`, and that unit."""
     if unit is None:
-        others = (other[array.name].values for other in style.beside() if array.name in other)
+        others = (other[array.name].values for other in style.same_sheet() if array.name in other)
         values = np.concatenate([np.ravel(each) for each in (array.values, *others)])
         unit = shown(values, str(array.attrs.get("units", "")))
     return array.values * unit.factor, unit
@@ -296,7 +296,7 @@ def finish(figure: Figure, dataset: Dataset) -> Figure:
         lines = fill(note, int(figure.bbox.width / figure.dpi / style.MILLIMETRE / 1.8))
         figure.suptitle(lines, fontsize=8, color=style.WARNING, bbox=frame)
     literal(figure)
-    if not isinstance(figure, Panel) and not style.beside():
+    if not isinstance(figure, Panel) and not style.same_sheet():
         settle(figure)
     return figure
 

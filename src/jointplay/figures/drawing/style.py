@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cycler import cycler
 
-from jointplay.figures.drawing.lent import Panel
+from jointplay.figures.drawing.panel import Panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,13 +74,13 @@ VERTEX_LIMIT = 40_000  # longer paths are embedded as images: vector files of th
 TALL = 0.5  # height over width from which a sheet keeps its shape where its width is changed
 
 
-class Asked(NamedTuple):
+class Settings(NamedTuple):
     """Settings of a figure besides its content: width in mm, font, axes to draw in, results drawn with it."""
 
     width: float | None = None
     font: str | None = None
     ax: Axes | SubFigure | None = None
-    beside: tuple[Dataset, ...] = ()
+    same_sheet: tuple[Dataset, ...] = ()
 
     @property
     def rc(self) -> dict[str, Any]:
@@ -93,29 +93,29 @@ class Asked(NamedTuple):
         }
 
 
-_NOTHING = Asked()
-_ASKED: ContextVar[Asked] = ContextVar("asked", default=_NOTHING)
+_USUAL = Settings()
+_SETTINGS: ContextVar[Settings] = ContextVar("settings", default=_USUAL)
 
 
 @contextmanager
-def asked(**given: Any) -> Iterator[None]:
-    """Draw figures inside the block with the settings of `Asked`."""
-    token = _ASKED.set(_ASKED.get()._replace(**given))
+def settings(**given: Any) -> Iterator[None]:
+    """Draw figures inside the block with these `Settings`."""
+    token = _SETTINGS.set(_SETTINGS.get()._replace(**given))
     try:
         yield
     finally:
-        _ASKED.reset(token)
+        _SETTINGS.reset(token)
 
 
-def beside() -> tuple[Dataset, ...]:
+def same_sheet() -> tuple[Dataset, ...]:
     """Results on the same sheet, with which a figure has units and axes in common."""
-    return _ASKED.get().beside
+    return _SETTINGS.get().same_sheet
 
 
 @contextmanager
 def paper(settings: dict[str, Any] | None = None) -> Iterator[None]:
     """Settings of all figures, over matplotlib's defaults, during a `with` block or a decorated function."""
-    more = _ASKED.get().rc if settings is None else settings
+    more = _SETTINGS.get().rc if settings is None else settings
     import matplotlib.style
 
     with matplotlib.style.context(["default", RC | more]):
@@ -128,14 +128,14 @@ def sheet(width: float, height: float) -> Sheet | SubFigure | Panel:
 
     from jointplay.figures.drawing.saved import Sheet
 
-    wanted = _ASKED.get()
-    if isinstance(wanted.ax, Axes):
-        return Panel(wanted.ax)
-    if wanted.ax is not None:
-        return wanted.ax
-    if wanted.width:
-        scale = wanted.width / width
-        width, height = wanted.width, height * scale if height > TALL * width else height
+    given = _SETTINGS.get()
+    if isinstance(given.ax, Axes):
+        return Panel(given.ax)
+    if given.ax is not None:
+        return given.ax
+    if given.width:
+        scale = given.width / width
+        width, height = given.width, height * scale if height > TALL * width else height
     figure = Sheet(figsize=(width * MILLIMETRE, height * MILLIMETRE))
-    figure.style = partial(paper, wanted.rc | {"figure.constrained_layout.use": False})  # it is laid out then
+    figure.style = partial(paper, given.rc | {"figure.constrained_layout.use": False})  # it is laid out then
     return figure

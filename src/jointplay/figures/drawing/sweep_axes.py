@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from xarray import DataArray, Dataset
 
-BESIDE = ("direction", "start")  # dimensions of a grid that are no parameters
+SWEEPS = ("direction", "start")  # dimensions of a grid that are no parameters
 ORDER = ("down", "reset", "up")  # drawn one over the other
 LOOKS = {
     "up": {"color": style.BLUE, "label": "upward"},
@@ -35,7 +35,7 @@ def parameters(dataset: Dataset, kind: str) -> list[str]:
 def varied(dataset: Dataset) -> list[str]:
     """Return the parameters that vary in a dataset of cells; none in another."""
     dims = dataset["cell_status"].dims if "cell_status" in dataset else ()
-    return [str(dim) for dim in dims if dim not in BESIDE]
+    return [str(dim) for dim in dims if dim not in SWEEPS]
 
 
 def one_parameter(dataset: Dataset, at: float | None) -> tuple[Dataset, str]:

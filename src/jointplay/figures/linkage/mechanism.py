@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from jointplay.display.errors import NOTHING, Problem
 from jointplay.display.units import shown
-from jointplay.figures.drawing import lent, select, style
+from jointplay.figures.drawing import select, style
+from jointplay.figures.drawing.panel import owner
 from jointplay.figures.linkage import enlarged
 from jointplay.figures.linkage.sketch import Sketch, gravity
 from jointplay.figures.registry import picture
@@ -69,7 +70,7 @@ def mechanism(linkage: Mechanism, *, names: bool = True, crank_angle: float | No
         figure.add_artist(ConnectionPatch(**ends, **LEADER))
     if notes:
         figure.supxlabel("\n".join(notes), fontsize=8, ha="left", x=0.02)
-    lent.owner(figure).draw_without_rendering()  # what follows has to know the places of the panels
+    owner(figure).draw_without_rendering()  # what follows has to know the places of the panels
     for panel, joint in zip(panels, loose, strict=True):
         enlarged.of(joint).enlargement(panel, joint)
     if names:

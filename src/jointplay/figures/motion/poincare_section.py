@@ -113,7 +113,7 @@ def words(period: int, missed: float, count: str) -> str:
 def variable_points(ax: Axes, dataset: Dataset, x, y, link=None, joint=None, count="", single=False) -> None:
     """Draw one variable over another at the crossings; `single` where they are one point but for rounding."""
     one, two = pair(dataset, x, y, "turn", link, joint)
-    if x is None and style.beside():
+    if x is None and style.same_sheet():
         one = over_clearance(dataset, one)
     (xs, x_unit), (ys, y_unit) = artists.displayed(one), artists.displayed(two)
     artists.cloud(ax, xs, ys)

@@ -33,7 +33,7 @@ def optimise(dataset: Dataset) -> Figure:
     figure = style.sheet(180.0, 68.0 + 3.0 * dataset.sizes["parameter"])
     left, right = figure.subplots(1, 2)
     _course(left, dataset)
-    _way(right, dataset)
+    _designs_tried(right, dataset)
     artists.letter((left, right))
     return artists.finish(figure, dataset)
 
@@ -52,7 +52,7 @@ def _course(ax: Axes, dataset: Dataset) -> None:
         artists.say(ax, "No quantity of this optimisation has a course over the turns")
 
 
-def _way(ax: Axes, dataset: Dataset) -> None:
+def _designs_tried(ax: Axes, dataset: Dataset) -> None:
     from matplotlib.ticker import MaxNLocator
 
     low, width = dataset["low"].values, (dataset["high"] - dataset["low"]).values

@@ -111,7 +111,7 @@ def diagram(
 
     (name,) = sweep_axes.parameters(dataset, "bifurcation")
     array = sought(dataset, quantity)
-    array = select.labelled_slice(array, dataset, (name, "point", *sweep_axes.BESIDE), link=link, joint=joint)
+    array = select.labelled_slice(array, dataset, (name, "point", *sweep_axes.SWEEPS), link=link, joint=joint)
     _, y_unit = artists.displayed(array)
     x_unit = sweep_axes.parameter_axis(ax, dataset[name])
     size = float(np.interp(array.size, SIZES[0], SIZES[1]))

@@ -93,7 +93,7 @@ def parameter_map(
 
 def mapped(dataset: Dataset, names: Sequence[str]) -> list[str]:
     """Return the variables that have one number a point of the sweep."""
-    beside = {*names, *sweep_axes.BESIDE, "joint", *NUMBERED}
+    beside = {*names, *sweep_axes.SWEEPS, "joint", *NUMBERED}
     return [
         str(name)
         for name, array in dataset.data_vars.items()

@@ -120,7 +120,7 @@ class Dynamics:
         for j, contact in enumerate(self.contacts):
             pairs = [(contact.normal, self.F_n[j])]
             if j not in self.held:
-                pairs.append((contact.way or contact.tangential, self.slipping[j]))
+                pairs.append((contact.acts_along or contact.tangential, self.slipping[j]))
             for row, F in pairs:
                 Q = [q - entry * F for q, entry in zip(Q, row, strict=True)] if row else Q
             for symbol, rate in contact.rates.items():
@@ -147,7 +147,7 @@ class Dynamics:
         """Direction of the force of a held contact: its way, or its row, with friction at a rough wall."""
         wall = dict(enumerate(self.system.resets, start=len(self.system.contacts))).get(j)
         if wall is None or not wall.rough:
-            return self.contacts[j].way or self._row(j)
+            return self.contacts[j].acts_along or self._row(j)
         drawn = variants.slipping(wall, self.variant) * wall.coulomb
         pairs = zip(self._row(j), wall.tangential, strict=True)
         return tuple(self.tape.let(f"dir{j}_{i}", n - drawn * t) for i, (n, t) in enumerate(pairs))
@@ -158,9 +158,9 @@ class Dynamics:
         return [self.inverse_mass(list(self._direction(j)), f"col{j}") for j in self.held]
 
     @cached_property
-    def _ways(self) -> list[list[Expr]]:
+    def _responses(self) -> list[list[Expr]]:
         """M^-1 T_j of the held contacts."""
-        if not self.guides and not any(contact.way for contact in self.contacts):
+        if not self.guides and not any(contact.acts_along for contact in self.contacts):
             return self._columns
         return [self.inverse_mass(list(self._row(j)), f"row{j}") for j in self.held]
 
@@ -269,7 +269,7 @@ class Dynamics:
         """Held forces for right-hand sides of the two rows, without the accelerations."""
         right = [
             self.masks[j].stick * dot(y, push) + value
-            for j, y, value in zip(self.held, map(tuple, self._ways), hold, strict=True)
+            for j, y, value in zip(self.held, map(tuple, self._responses), hold, strict=True)
         ]
         return eliminate(self.tape, self._complement, right, f"{name}_F")
 

@@ -103,7 +103,7 @@ def _names(system: System) -> str:
         + REMEMBERS * bool(c.entry)
         + SHARES * (c.sticks and bool(c.face))
         + LATCHES * c.latches
-        + SWITCHES * bool(c.way)
+        + SWITCHES * bool(c.acts_along)
         for c in system.contacts
     }
     return f"CONTACTS = {flags!r}\nRESETS = {[reset.name for reset in system.resets]!r}\n\n"
@@ -143,7 +143,7 @@ def guards(dynamics: Dynamics, j: int, variant: str) -> dict[int, Expr]:
     contact = dynamics.system.contacts[j]
     found = {GAP: contact.u if contact.gap is None else contact.gap}
     if not contact.pulls or (contact.sticks and variant == "stick"):
-        found[FORCE] = dynamics.restoring(j) if contact.way else contact.pressed
+        found[FORCE] = dynamics.restoring(j) if contact.acts_along else contact.pressed
     if contact.sticks and variant != "free":
         found[SLIDE] = contact.v_t
     if contact.sticks and variant == "stick":

@@ -44,7 +44,9 @@ class Tape:
         self._named: dict[Expr, Symbol] = {}
         self._slopes: dict[tuple[Symbol, Symbol], Expr] = {}
         # the flow changes every position at its speed, speeds not at all
-        self._ways = {FLOW: dict(zip(system.positions, system.speeds, strict=False))} | system.directions
+        self._directions = {
+            FLOW: dict(zip(system.positions, system.speeds, strict=False))
+        } | system.directions
         self._trig = {a.sin: (a, a.cos) for a in system.angles} | {a.cos: (a, -a.sin) for a in system.angles}
         self._roots = {s: (root, *of) for root in system.roots for s, of in root.symbols.items()}
         self._held = {s for root in system.roots for s in root.held}
@@ -71,9 +73,9 @@ class Tape:
         return Add(*[partial(value, s) * slope for s, slope in slopes if slope])
 
     def _slope(self, s: Symbol, x: Symbol) -> Expr:
-        way = self._ways.get(x, {x: Integer(1)})
-        if s in way:
-            return way[s]
+        along = self._directions.get(x, {x: Integer(1)})
+        if s in along:
+            return along[s]
         if s in self._trig:
             angle, other = self._trig[s]
             return other * self.derivative(angle.value, x)

@@ -6,7 +6,7 @@ divergence(w)                     trace of d rate / d speeds, into the last row 
 gradient(guard, s, p, m, out)     d guard / d (time, state) at the base point; guards as in the lane rows,
                                   those of resets last; then, of walls that `resets.pushes` names, by fours:
                                   the gap's rate, that times r, v_t, the friction coefficient
-turned(k, s, p, out)              d (new speeds) / d (time, state) of the k-th reset, row by row; beyond the
+reset_slopes(k, s, p, out)        d (new speeds) / d (time, state) of the k-th reset, row by row; beyond the
                                   last, of coming to rest on the walls; then of contacts that a law remembers,
                                   and of unit impulses
 ROWS                              rows of w: the structure's own, then those of its derivatives
@@ -18,10 +18,11 @@ M = L D L^T, and rates are M^-1 B times a tangent.
 Of a system with directions (equations.system.directed) a tangent d can be that of a state as numbers change
 along the j-th, counted from 1: d[0] = j, and 0 of any other tangent. Then
 
-    vary      adds d rate / d direction, and writes the rates of the works into the rows before the last
-    gradient  has d guard / d direction at the end, one number for each
-    turned    has at the end, for each direction, d (new positions) where it rests on a wall (else 0), and
-              d (new speeds); then, where there are powers, d (the drive's work) / d (time, state, directions)
+    vary          adds d rate / d direction, and writes the rates of the works into the rows before the last
+    gradient      has d guard / d direction at the end, one number for each
+    reset_slopes  has at the end, for each direction, d (new positions) where it rests on a wall (else 0), and
+                  d (new speeds); then, where there are powers, d (the drive's work) / d (time, state,
+                  directions)
 """
 
 from collections.abc import Iterator
@@ -62,8 +63,8 @@ def text(system: System, method: int, planned: bool, directions: tuple[tuple[str
         k for k in range(2 * len(system.resets)) if k >= len(system.resets) or not system.resets[k].rough
     ]
     jumps += [*remembered(system), *pushes(system)]
-    parts += [_turned(layout, k) for k in jumps]
-    parts.append(dispatch("turned", "k, s, p, out", {k: f"turned_{k}" for k in jumps}))
+    parts += [_reset_slopes(layout, k) for k in jumps]
+    parts.append(dispatch("reset_slopes", "k, s, p, out", {k: f"reset_slopes_{k}" for k in jumps}))
     return importing("\n".join(parts))
 
 
@@ -272,7 +273,7 @@ def _rub(layout: Layout, g: int, k: int) -> str:
     return _at_point(layout, f"gradient_{g}", "s, p, m, out", "out", tape, slopes)
 
 
-def _turned(layout: Layout, k: int) -> str:
+def _reset_slopes(layout: Layout, k: int) -> str:
     dynamics, resets = Dynamics(layout.system, "free"), layout.system.resets
     tape = dynamics.tape
     if k in pushes(layout.system):
@@ -287,7 +288,7 @@ def _turned(layout: Layout, k: int) -> str:
     slopes += [tape.derivative(value, x) for x in layout.system.directions for value in new]
     if layout.system.directions and layout.system.powers:
         slopes += _slopes(layout, tape, drive_work(dynamics, k))
-    return _at_point(layout, f"turned_{k}", "s, p, out", "out", tape, slopes)
+    return _at_point(layout, f"reset_slopes_{k}", "s, p, out", "out", tape, slopes)
 
 
 def _at_point(layout: Layout, name: str, arguments: str, out: str, tape, values: list[Expr]) -> str:

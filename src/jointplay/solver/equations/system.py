@@ -54,7 +54,7 @@ class Contact:
     where u > 0. `entry` gives speeds their new values where contact begins, `exit` where it ends; `rates` are
     what they gain a second, as forces on them, while it lasts. Corners of a slider have a `face` in common.
     One that `latches` has another u while it lasts, by the solved force of `traction`. The force of friction
-    acts along T, or another `way` where its sign is a switch's, which slides where v_t is kept at 0.
+    acts along T, or `acts_along` where its sign is a switch's, which slides where v_t is kept at 0.
     """
 
     name: str
@@ -77,7 +77,7 @@ class Contact:
     rates: dict[Symbol, Expr] = field(default_factory=dict)
     face: str = ""
     latches: bool = False
-    way: tuple[Expr, ...] = ()
+    acts_along: tuple[Expr, ...] = ()
 
     @property
     def sticks(self) -> bool:
@@ -178,12 +178,12 @@ def number(name: str) -> Symbol:
 
 def directed(system: System, directions: tuple[tuple[str, ...], ...]) -> System:
     """The system with directions: along each, named parameters change at rates that are parameters too."""
-    ways = {
+    named = {
         number(f"direction_{j}"): {number(name): number(f"way_{j}_{name}") for name in names}
         for j, names in enumerate(directions)
     }
-    rates = tuple(rate for way in ways.values() for rate in way.values())
-    return replace(system, parameters=system.parameters + rates, directions=ways)
+    rates = tuple(rate for each in named.values() for rate in each.values())
+    return replace(system, parameters=system.parameters + rates, directions=named)
 
 
 def accelerations(n: int) -> tuple[Symbol, ...]:

@@ -68,13 +68,13 @@ class Section(Code):
 
 
 class Row(Code):
-    """Kind of log row: a step, an event, a section point, a closest approach, a doubtful step."""
+    """Kind of log row: a step, an event, a section point, a closest approach, a coarse step."""
 
     STEP = 0
     EVENT = 1
     SECTION = 2
     MISS = 3
-    DOUBT = 4
+    COARSE = 4
 
 
 class Status(Code):

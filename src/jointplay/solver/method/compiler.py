@@ -114,7 +114,7 @@ def _word(builder, place, form):
 
 
 @intrinsic
-def _until(typing, o, end, h_max):
+def _until(typing, options, end, h_max):
     def code(context, builder, signature, values):
         old, new = values[0], alloca_once(builder, WORD, OPTIONS.places[""])
         for at in range(OPTIONS.places[""]):
@@ -125,7 +125,7 @@ def _until(typing, o, end, h_max):
             builder.store(value, builder.bitcast(place, value.type.as_pointer()))
         return new
 
-    return o(o, types.float64, types.float64), code
+    return options(options, types.float64, types.float64), code
 
 
 def _nth(record: Record):

@@ -60,9 +60,9 @@ def at_end(time, end):
 
 
 @inner
-def instant(time, near):
+def instant(time, chatter_time):
     """Time that is too short for a step, and within which two events are simultaneous."""
-    return 1e-15 * max(abs(time), near)
+    return 1e-15 * max(abs(time), chatter_time)
 
 
 @inlined
@@ -122,19 +122,19 @@ def restarted(h, served, kept):
 
 
 @inner
-def close_events(count, later, near):
+def close_events(count, later, chatter_time):
     """Number of events in close succession, after one that is `later` than the last."""
-    return count + 1 if later < near else 0
+    return count + 1 if later < chatter_time else 0
 
 
 @inner
-def idle_steps(count, h, near, w, at, weight):
+def idle_steps(count, h, chatter_time, w, at, weight):
     """Number of idle steps in a row: very short ones, with increments w[at:] of a few tolerated errors.
 
     Towards a singularity of the equations, as a dead centre, their rounding grows without bound; it makes
     steps shorter and shorter, and the motion never gets there.
     """
-    if not h < IDLE_STEP * near:
+    if not h < IDLE_STEP * chatter_time:
         return 0
     for r in range(len(weight)):
         if not abs(w[at + 8 * r + 6]) * weight[r] < IDLE_CHANGE:

@@ -38,19 +38,19 @@ def _passes_zero(w, row, shift):
 
 
 @inner
-def passes_centre(w, row, x):
+def passes_centre(w, row, motion):
     """Whether a journal in contact may have passed the bearing's centre in the step: the force turns there.
 
     `row` is the lane row of the first guard, which is r^2 - e^2.
     """
-    for j in range(len(x.flags)):
-        if x.modes[j] > RELEASED and _passes_zero(w, row + 4 * j, x.clearance_squared[j]):
+    for j in range(len(motion.flags)):
+        if motion.modes[j] > RELEASED and _passes_zero(w, row + 4 * j, motion.clearance_squared[j]):
             return True
     return False
 
 
 @inner
-def dead_centre(w, o):
+def dead_centre(w, options):
     """Whether the step is so long that it may lead across a loop's dead centre, or one lies where it began.
 
     There the links turn back that lead the motion, on a path that is smooth; those that follow swing through,
@@ -58,7 +58,7 @@ def dead_centre(w, o):
     At the dead centre itself rounding has all digits.
     """
     found = AWAY
-    for row in range(o.first + 1 + o.n_q + 2 * o.n, o.guards):
+    for row in range(options.first + 1 + options.n_q + 2 * options.n, options.guards):
         least = np.inf
         for i in range(8):
             least = min(least, w[8 * row + i])
@@ -70,18 +70,18 @@ def dead_centre(w, o):
 
 
 @inner
-def set_cone_margins(w, row, lane, x):
+def set_cone_margins(w, row, lane, motion):
     """Set the margins of friction cones at a lane, by the normal force there, whose rounding they stand for.
 
     `row` is the lane row of the first guard.
     """
-    for j in range(len(x.flags)):
-        if x.modes[j] == STICK:
-            x.margin[4 * j + CONE] = x.cone[j] * abs(w[8 * (row + 4 * j + FORCE) + int(lane)])
-    for j in range(len(x.flags), len(x.modes)):
-        if x.modes[j] == STICK:
-            push = w[8 * (row + 3 * len(x.flags) + j) + int(lane)]
-            x.margin[2 * len(x.flags) + len(x.modes) + j] = x.cone[j] * push * push
+    for j in range(len(motion.flags)):
+        if motion.modes[j] == STICK:
+            motion.margin[4 * j + CONE] = motion.cone[j] * abs(w[8 * (row + 4 * j + FORCE) + int(lane)])
+    for j in range(len(motion.flags), len(motion.modes)):
+        if motion.modes[j] == STICK:
+            push = w[8 * (row + 3 * len(motion.flags) + j) + int(lane)]
+            motion.margin[2 * len(motion.flags) + len(motion.modes) + j] = motion.cone[j] * push * push
 
 
 @compiled
@@ -129,19 +129,19 @@ def leaving(b, degree, side, level, stack, share):
 
 
 @inlined
-def first_event(k, x, o, doubt, share):
-    """The guard that first leaves its side within the step in k, and where in [0, 1]; -1 and 2.0 if none.
+def first_event(work, motion, options, slack, share):
+    """The guard that first leaves its side within the step in work, and where in [0, 1]; -1 and 2.0 if none.
 
-    What goes beyond by less than `doubt` margins does not count. The place is found to a share of the step.
+    What goes beyond by less than `slack` margins does not count. The place is found to a share of the step.
     """
-    which, earliest, b = -1, 2.0, k.b
-    for g in range(len(x.fired)):
-        side = side_of(g, x.modes, x.flags)
+    which, earliest, b = -1, 2.0, work.b
+    for g in range(len(motion.fired)):
+        side = side_of(g, motion.modes, motion.flags)
         if side != 0:
-            at = 8 * (o.guards + g)
-            multiplicity, level = start_of(k.w, at, g, side, x.fired, x.margin)
-            level -= side * doubt * x.margin[g]
-            place = leaving(b, bernstein(k.w, at, multiplicity, b), side, level, k.stack, share)
+            at = 8 * (options.guards + g)
+            multiplicity, level = start_of(work.w, at, g, side, motion.fired, motion.margin)
+            level -= side * slack * motion.margin[g]
+            place = leaving(b, bernstein(work.w, at, multiplicity, b), side, level, work.stack, share)
             if place < earliest:
                 which, earliest = g, place
     return which, earliest
@@ -172,12 +172,12 @@ def root_level(b, degree, side, place, level, margin):
 
 
 @inner
-def comes_back(fired, h, near):
+def comes_back(fired, h, chatter_time):
     """Whether an event at the beginning of a step of length h is spurious, and the step too long.
 
     Such a step shows a guard that has just fired, and leaves its root, coming back at once.
     """
-    return fired > 0 and h > 1e-3 * near
+    return fired > 0 and h > 1e-3 * chatter_time
 
 
 @inner
@@ -194,52 +194,52 @@ def corrected(h, later):
 
 
 @inner
-def level_to_leave(k, x, o, guard, place):
+def level_to_leave(work, motion, options, guard, place):
     """Multiplicity with which a guard starts at zero; the level whose crossing near `place` is located."""
-    row, side = o.guards + guard, side_of(guard, x.modes, x.flags)
-    multiplicity, level = start_of(k.w, 8 * row, guard, side, x.fired, x.margin)
+    row, side = options.guards + guard, side_of(guard, motion.modes, motion.flags)
+    multiplicity, level = start_of(work.w, 8 * row, guard, side, motion.fired, motion.margin)
     if level != 0.0:
-        degree = bernstein(k.w, 8 * row, multiplicity, k.b)
-        level = root_level(k.b, degree, side, place, level, x.margin[guard])
+        degree = bernstein(work.w, 8 * row, multiplicity, work.b)
+        level = root_level(work.b, degree, side, place, level, motion.margin[guard])
     return multiplicity, level
 
 
 @inner
-def at_root(k, x, o, row, multiplicity, level, guard, share):
+def at_root(work, motion, options, row, multiplicity, level, guard, share):
     """Fraction by which to lengthen a step to end at a root of (lane row `row`) - level, and whether it does.
 
     It does to a share of itself, or within the guard's margin.
     """
-    degree = bernstein(k.w, 8 * row, multiplicity, k.b)
-    later = correction(k.b, degree, level)
+    degree = bernstein(work.w, 8 * row, multiplicity, work.b)
+    later = correction(work.b, degree, level)
     if abs(later) < share:
         return later, True
     if guard >= 0:
-        set_cone_margins(k.w, o.guards, 6.0, x)
-        if abs(k.b[degree] - level) < ROUNDING * x.margin[guard]:
+        set_cone_margins(work.w, options.guards, 6.0, motion)
+        if abs(work.b[degree] - level) < ROUNDING * motion.margin[guard]:
             return 0.0, True
     return later, False
 
 
 @inner
-def locate(f, variant, k, x, o, h, place, row, multiplicity, level, guard):
-    """Shorten the step in k.whole, of length h, to the root near `place` of (lane row `row`) - level.
+def locate(functions, variant, work, motion, options, h, place, row, multiplicity, level, guard):
+    """Shorten the step in work.whole, of length h, to the root near `place` of (lane row `row`) - level.
 
     Gives back the shortened step's length, the place of the root in units of it (1 to rounding), and
-    whether it was found (a root that only the step's polynomial has is not). The shortened step is in k.w.
+    whether it was found (a root that only the step's polynomial has is not). The shortened step is in work.w.
     The row may be that of a guard, which has a margin, or of none (-1).
     """
-    length, w = place * h, k.w
+    length, w = place * h, work.w
     for _ in range(REFINEMENTS):
-        f.factor(variant, w, k.J, length)
-        f.extrapolate(w, k.whole, 0.0, length / h)
-        f.move(w, x.s, length)
-        solved, _ = converge(f, variant, k, x, length, 0.1 * o.newton, 1.0)
+        functions.factor(variant, w, work.J, length)
+        functions.extrapolate(w, work.whole, 0.0, length / h)
+        functions.move(w, motion.s, length)
+        solved, _ = converge(functions, variant, work, motion, length, 0.1 * options.newton, 1.0)
         if not solved:
             return length, 1.0, False
-        f.rate(variant, w, x.s, x.p, x.m)
-        x.count[EVALUATIONS] += 7
-        later, there = at_root(k, x, o, row, multiplicity, level, guard, NEAR_ROOT)
+        functions.rate(variant, w, motion.s, motion.p, motion.m)
+        motion.count[EVALUATIONS] += 7
+        later, there = at_root(work, motion, options, row, multiplicity, level, guard, NEAR_ROOT)
         if there:
             return length, 1.0 + later, True
         length = corrected(length, later)
@@ -247,7 +247,7 @@ def locate(f, variant, k, x, o, h, place, row, multiplicity, level, guard):
 
 
 @inlined
-def accept_until_event(f, variant, k, x, o, h):
+def accept_until_event(functions, variant, work, motion, options, h):
     """Accept an accurate attempt, or a shorter one up to its first event.
 
     Gives back that event's guard (-1: none), the length of the step that ends there, the place of the event
@@ -255,21 +255,23 @@ def accept_until_event(f, variant, k, x, o, h):
     promised another event than the short one to it shows.
     """
     if variant == STICKING:
-        set_cone_margins(k.w, o.guards, 7.0, x)
-    guard, place = first_event(k, x, o, 0.0, TO_ROUNDING)
+        set_cone_margins(work.w, options.guards, 7.0, motion)
+    guard, place = first_event(work, motion, options, 0.0, TO_ROUNDING)
     if guard < 0:
-        if len(x.work) > 0:
-            f.rate(variant, k.w, x.s, x.p, x.m)
-            x.count[EVALUATIONS] += 7
+        if len(motion.work) > 0:
+            functions.rate(variant, work.w, motion.s, motion.p, motion.m)
+            motion.count[EVALUATIONS] += 7
         return guard, h, 1.0, True
-    together = instant(x.s[0], o.near)
+    together = instant(motion.s[0], options.chatter_time)
     if place * h <= together:
-        return guard, h, 0.0, not comes_back(x.fired[guard], h, o.near)
-    keep(k.w, 8 * (o.first + 1), k.whole)
-    multiplicity, level = level_to_leave(k, x, o, guard, place)
-    row = o.guards + guard
-    length, root, solved = locate(f, variant, k, x, o, h, place, row, multiplicity, level, guard)
-    _, earlier = first_event(k, x, o, ROUNDING, TO_ROUNDING)
+        return guard, h, 0.0, not comes_back(motion.fired[guard], h, options.chatter_time)
+    keep(work.w, 8 * (options.first + 1), work.whole)
+    multiplicity, level = level_to_leave(work, motion, options, guard, place)
+    row = options.guards + guard
+    length, root, solved = locate(
+        functions, variant, work, motion, options, h, place, row, multiplicity, level, guard
+    )
+    _, earlier = first_event(work, motion, options, ROUNDING, TO_ROUNDING)
     return guard, length, root, solved and (root - earlier) * length <= together + TOGETHER * length
 
 

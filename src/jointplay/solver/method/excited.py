@@ -18,7 +18,7 @@ from math import copysign
 import numpy as np
 
 from .interface import SIGNATURES, inner
-from .memory import FOLLOWED, GROWTH, H
+from .memory import GROWTH, H_EXCITED, H
 from .modes import variant_of
 
 FAITHFUL, HALF, SPAN = 5.0, 1e5, 7.0  # h |lambda| at which R takes 2.4e-5; 2.5/2.4e-5, rounded; the most
@@ -147,8 +147,8 @@ def _longest(A, at, n, rate):
             return 0.0
         total, product = 2.0 * half, half * half - square
         if tries % STALLED == 0:
-            beside = abs(A[here - 1]) + abs(A[here - n - 2])
-            total, product = 1.5 * beside, beside * beside
+            size = abs(A[here - 1]) + abs(A[here - n - 2])
+            total, product = 1.5 * size, size * size
         _sweep(A, at, n, low, end, total, product)
     return h
 
@@ -170,19 +170,19 @@ def longest(A, weight, n_q, n, rate):
 
 
 @inner
-def look(f, k, x, o):
-    """Note the longest step that follows growing modes about the attempt in k."""
-    f.linearised(variant_of(x.modes), k.J, k.eigen)
-    weight = k.weight[o.n_q :]
-    x.real[FOLLOWED] = np.inf
-    if x.real[H] * _bound(k.eigen, weight, o.n_q, o.n) > FAITHFUL:
-        x.real[FOLLOWED] = longest(k.eigen, weight, o.n_q, o.n, x.real[GROWTH])
+def find_excited(functions, work, motion, options):
+    """Note the longest step that follows growing modes about the attempt in work."""
+    functions.linearised(variant_of(motion.modes), work.J, work.eigen)
+    weight = work.weight[options.n_q :]
+    motion.real[H_EXCITED] = np.inf
+    if motion.real[H] * _bound(work.eigen, weight, options.n_q, options.n) > FAITHFUL:
+        motion.real[H_EXCITED] = longest(work.eigen, weight, options.n_q, options.n, motion.real[GROWTH])
 
 
 @inner
-def at_wall(f, guard, at, k, x, o):
+def at_wall(functions, guard, at, work, motion, options):
     """Look for growing modes; stands in the place of wall_flow.at_wall where there are no walls."""
-    look(f, k, x, o)
+    find_excited(functions, work, motion, options)
 
 
 UNIT = {"at_wall": SIGNATURES["at_wall"]}

@@ -7,6 +7,7 @@ never an exception.
 
 import numpy as np
 
+from .coarse_steps import is_coarse, note_coarse
 from .codes import Section
 from .control import (
     CHATTER,
@@ -32,36 +33,35 @@ from .control import (
     restarted,
     shorter,
 )
-from .doubts import doubt, doubtful
 from .events import AWAY, THERE, accept_until_event, begins_beyond, dead_centre, passes_centre, state_at
 from .interface import FUNCTIONS, INT, OPTIONS, TRAJECTORY, WORK, Signature, inlined, inner, spliced
 from .memory import (
-    CLOSE,
+    BASE_SET,
+    CLOSE_EVENTS,
     CONTRACTION,
     EVENT_ROW,
     EVENTS,
     FAILED,
-    FOLLOWED,
-    FRESH,
     GROWTH,
+    H_EXCITED,
     H_LIMIT,
     H_PAST,
     H_REJECTED,
     H_START,
     H_VARIANT,
-    IDLE,
+    IDLE_STEPS,
     JAMMED,
     LOGGED,
     REJECTED,
     SAMPLES,
     SECTIONS,
+    SIMULTANEOUS,
     SMOOTH,
     STARTED,
     STEP_ROW,
     STEPS,
     T_EVENT,
     T_SECTION,
-    TOGETHER,
     H,
 )
 from .modes import FREE, IN_FLIGHT, REMEMBERS, follow, mask, start, variant_of
@@ -72,19 +72,19 @@ from .step import attempt, estimate, keep
 from .tangents.saltation import before_event, begin_tangents, jump
 from .tangents.tangent import NEUTRAL, ROWS, log_block, propagate, renew
 from .walls.sliding import walls_of
-from .walls.walls import LOOK, START, STEP, resting
+from .walls.walls import SEEK_GROWTH, START, STEP, resting
 
 _, BY_LEVEL, _ = Section.numbers()
 ROOM = 24  # log rows that one step may need
 
 
 @inlined
-def _new_base(f, weight, x, n_x):
+def _new_base(functions, weight, motion, n_x):
     """Sines, masks and weights of a new base point."""
-    f.trig(x.s, x.p)
-    mask(x.modes, x.m)
+    functions.trig(motion.s, motion.p)
+    mask(motion.modes, motion.m)
     for r in range(n_x):
-        weight[r] = 1.0 / (x.absolute[r] + x.relative[r] * abs(x.s[1 + r]))
+        weight[r] = 1.0 / (motion.absolute[r] + motion.relative[r] * abs(motion.s[1 + r]))
 
 
 @inlined
@@ -101,103 +101,108 @@ def _commit(w, s, gain, work, b, at, n_x, place, time):
 
 
 @inlined
-def _at_wall(f, guard, at, k, x, o):
-    f.at_wall(f, guard, at, k, x, o)
+def _at_wall(functions, guard, at, work, motion, options):
+    functions.at_wall(functions, guard, at, work, motion, options)
 
 
 @inner
-def event(f, k, x, o, guard):
+def event(functions, work, motion, options, guard):
     """Change mode, or jump, at the base point; count events that crowd."""
-    count, real, time = x.count, x.real, x.s[0]
-    f.trig(x.s, x.p)
-    count[CLOSE] = close_events(count[CLOSE], time - real[T_EVENT], o.near)
+    count, real, time = motion.count, motion.real, motion.s[0]
+    functions.trig(motion.s, motion.p)
+    count[CLOSE_EVENTS] = close_events(count[CLOSE_EVENTS], time - real[T_EVENT], options.chatter_time)
     real[T_EVENT] = time
     count[EVENTS] += 1
-    at, logged = count[LOGGED], o.log_events and time >= o.log_from
+    at, logged = count[LOGGED], options.log_events and time >= options.log_from
     if logged:
-        note(k, x, o, EVENT_ROW, -1.0, 0.0, time, 0.0)
+        note(work, motion, options, EVENT_ROW, -1.0, 0.0, time, 0.0)
     j = guard // 4
-    if j < len(x.flags):
-        before = x.modes[j]
-        if before == FREE and x.flags[j] & REMEMBERS:
-            f.reset(2 * walls_of(x) + j, x.s, x.p)
-        kind = follow(f.contacts, j, guard % 4, x.flags, x.modes, x.fired, x.m, x.s, x.p, o.rest, k.contact)
-        if before != FREE and x.modes[j] == FREE and x.flags[j] & REMEMBERS:
-            f.reset(2 * walls_of(x) + len(x.flags) + j, x.s, x.p)
+    if j < len(motion.flags):
+        flags, modes, s, p = motion.flags, motion.modes, motion.s, motion.p
+        before, out, speed = modes[j], work.contact, options.speed_tolerance
+        if before == FREE and flags[j] & REMEMBERS:
+            functions.reset(2 * walls_of(motion) + j, s, p)
+        kind = follow(
+            functions.contacts, j, guard % 4, flags, modes, motion.fired, motion.m, s, p, speed, out
+        )
+        if before != FREE and modes[j] == FREE and flags[j] & REMEMBERS:
+            functions.reset(2 * walls_of(motion) + len(flags) + j, s, p)
         if logged:
-            x.log[at, 1], x.log[at, 2] = j, kind
-        count_event(k, x, o, j, kind, time)
+            motion.log[at, 1], motion.log[at, 2] = j, kind
+        count_event(work, motion, options, j, kind, time)
     else:
-        _at_wall(f, guard, at if logged else -1, k, x, o)
+        _at_wall(functions, guard, at if logged else -1, work, motion, options)
     count[SMOOTH], real[CONTRACTION], real[H_LIMIT], real[H_REJECTED] = 0, 1.0, np.inf, 0.0
-    variant = variant_of(x.modes)
+    variant = variant_of(motion.modes)
     real[H] = restarted(real[H], real[H_VARIANT + variant], real[H_START + variant])
-    if o.log_steps and x.s[0] >= o.log_from:
-        note(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
+    if options.log_steps and motion.s[0] >= options.log_from:
+        note(work, motion, options, STEP_ROW, -1.0, 0.0, motion.s[0], 0.0)
 
 
 @spliced
-def _advance(f, variant, k, x, o, guard, length, root, doubts):
-    """Take the step in k.w up to its place `root`: sections, samples, then the new base point."""
-    count, n_x, at = x.count, o.n_q + o.n, 8 * (o.first + 1)
+def _advance(functions, variant, work, motion, options, guard, length, root, coarse):
+    """Take the step in work.w up to its place `root`: sections, samples, then the new base point."""
+    count, n_x, at = motion.count, options.n_q + options.n, 8 * (options.first + 1)
     recorded = count[SAMPLES] + count[SECTIONS]
-    powers = o.guards + len(x.fired) + (1 if o.section == BY_LEVEL else 0)
-    gains(k.w, powers, length, k.gain)
-    if o.section == BY_LEVEL:
-        sections(f, variant, k, x, o, length, root)
-    if o.log_misses:
-        closest_approaches(k, x, o, length, root)
-    end, done = x.s[0] + length * root, count[SAMPLES]
-    if at_end(end, o.t_end):
-        end = o.t_end
-    if done < len(x.at):
+    powers = options.guards + len(motion.fired) + (1 if options.section == BY_LEVEL else 0)
+    gains(work.w, powers, length, work.gain)
+    if options.section == BY_LEVEL:
+        sections(functions, variant, work, motion, options, length, root)
+    if options.log_misses:
+        closest_approaches(work, motion, options, length, root)
+    end, done = motion.s[0] + length * root, count[SAMPLES]
+    if at_end(end, options.t_end):
+        end = options.t_end
+    if done < len(motion.sample_times):
+        samples, times, s, modes = motion.samples, motion.sample_times, motion.s, motion.modes
         count[SAMPLES] = sample(
-            x.samples, x.at, done, length, end, k.w, at, x.s, n_x, k.b, x.modes, k.gain, x.work
+            samples, times, done, length, end, work.w, at, s, n_x, work.b, modes, work.gain, motion.work
         )
-    followed = o.log_steps and end >= o.log_from
-    if doubts and (followed or count[SAMPLES] + count[SECTIONS] > recorded):
-        doubt(k, x, o, end)
-    for g in range(len(x.fired)):
-        x.fired[g] = 0
+    followed = options.log_steps and end >= options.log_from
+    if coarse and (followed or count[SAMPLES] + count[SECTIONS] > recorded):
+        note_coarse(work, motion, options, end)
+    for g in range(len(motion.fired)):
+        motion.fired[g] = 0
     if guard < 0:
-        keep(k.w, at, k.past)
-    _commit(k.w, x.s, k.gain, x.work, k.b, at, n_x, root, end)
-    if o.log_steps and x.s[0] >= o.log_from:
-        note(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
+        keep(work.w, at, work.past)
+    _commit(work.w, motion.s, work.gain, motion.work, work.b, at, n_x, root, end)
+    if options.log_steps and motion.s[0] >= options.log_from:
+        note(work, motion, options, STEP_ROW, -1.0, 0.0, motion.s[0], 0.0)
 
 
 @inner
-def initial_modes(f, k, x, o):
+def initial_modes(functions, work, motion, options):
     """Set the contact modes that belong to the initial state."""
-    f.trig(x.s, x.p)
-    for j in range(len(x.flags)):
-        start(f.contacts, j, x.flags, x.modes, x.m, x.s, x.p, o.rest, k.contact)
-    if walls_of(x) > 0:
-        _at_wall(f, START, START, k, x, o)
-    x.real[T_EVENT] = x.real[T_SECTION] = -np.inf
-    x.real[H_LIMIT] = np.inf
-    x.count[STARTED] = 1
+    flags, m, s, p = motion.flags, motion.m, motion.s, motion.p
+    functions.trig(s, p)
+    for j in range(len(flags)):
+        start(functions.contacts, j, flags, motion.modes, m, s, p, options.speed_tolerance, work.contact)
+    if walls_of(motion) > 0:
+        _at_wall(functions, START, START, work, motion, options)
+    motion.real[T_EVENT] = motion.real[T_SECTION] = -np.inf
+    motion.real[H_LIMIT] = np.inf
+    motion.count[STARTED] = 1
 
 
 @spliced
-def _take(f, variant, k, x, o, g, y, h, error):
+def _take(functions, variant, work, motion, options, derivatives, tangents, h, error):
     """Take an accurate attempt up to its first event, tangents with it, or shorten the next one.
 
     The step to the event has to be accurate itself: its last stages see there what lay between two stages of
     the attempt, as the top that friction has at rest, which the motion beyond leaves at once.
     """
-    count, real = x.count, x.real
-    doubts = o.sharp > 0.0 and doubtful(k, x, o, h)
-    guard, length, root, sure = accept_until_event(f, variant, k, x, o, h)
+    count, real = motion.count, motion.real
+    coarse = options.rate_tolerance > 0.0 and is_coarse(work, motion, options, h)
+    guard, length, root, sure = accept_until_event(functions, variant, work, motion, options, h)
     strain = 0.0
     if sure and guard >= 0 and root > 0.0:
-        short = estimate(f, variant, k, x, o, length)
+        short = estimate(functions, variant, work, motion, options, length)
         if not short < 1.0:
             count[REJECTED] += 1
             real[H] = shorter(real, length, short)
             return
-    if y is not None and sure and root > 0.0:
-        strain = propagate(f, g, variant, k, x, o, y, length, root)
+    if tangents is not None and sure and root > 0.0:
+        strain = propagate(functions, derivatives, variant, work, motion, options, tangents, length, root)
     if not sure:
         count[FAILED] += 1
         real[H], count[SMOOTH] = 0.5 * h, 0
@@ -208,63 +213,68 @@ def _take(f, variant, k, x, o, g, y, h, error):
         return
     count[STEPS] += 1
     if root > 0.0:
-        _advance(f, variant, k, x, o, guard, length, root, doubts)
-        if y is not None:
-            renew(f, variant, x, o, y, length * root)
+        _advance(functions, variant, work, motion, options, guard, length, root, coarse)
+        if tangents is not None:
+            renew(functions, variant, motion, options, tangents, length * root)
     if guard < 0:
-        if resting(x) > 0:
-            _at_wall(f, STEP, STEP, k, x, o)
+        if resting(motion) > 0:
+            _at_wall(functions, STEP, STEP, work, motion, options)
         after_whole(real, count, variant, h, error)
-        if y is not None and strain > 0.0:
+        if tangents is not None and strain > 0.0:
             real[H] = min(real[H], 0.9 * h * strain ** (-1.0 / ORDER))
     else:
-        if y is not None:
-            follows = len(y.alive) > 0 and root == 0.0 and x.s[0] == real[T_EVENT]
-            if follows and begins_beyond(k.w, o.guards + guard):
-                count[TOGETHER] += 1
-            before_event(f, g, variant, x, o, y, guard)
-        event(f, k, x, o, guard)
-        if y is not None:
-            jump(f, g, k, x, o, y, guard)
-    if y is not None:
-        log_block(x, y)
-    count[FRESH] = 0
+        if tangents is not None:
+            follows = len(tangents.alive) > 0 and root == 0.0 and motion.s[0] == real[T_EVENT]
+            if follows and begins_beyond(work.w, options.guards + guard):
+                count[SIMULTANEOUS] += 1
+            before_event(functions, derivatives, variant, motion, options, tangents, guard)
+        event(functions, work, motion, options, guard)
+        if tangents is not None:
+            jump(functions, derivatives, work, motion, options, tangents, guard)
+    if tangents is not None:
+        log_block(motion, tangents)
+    count[BASE_SET] = 0
 
 
 @inner
-def run(f, k, x, o, g, y):
+def run(functions, work, motion, options, derivatives, tangents):
     """Run until the end, a full log, or trouble; give back which (OK, FULL, …). Call again to go on.
 
-    What f, k, x, o, g and y are stands in method.memory. With tangents y, and a structure's derivatives g,
-    these are carried along (method.tangents.tangent_flow); where both are None, nothing of that is compiled.
+    What these records are stands in method.memory. Tangents are carried along by the structure's derivatives
+    (method.tangents.tangent_flow); where both are None, nothing of that is compiled.
     """
-    count, real = x.count, x.real
+    count, real = motion.count, motion.real
     if not count[STARTED]:
-        initial_modes(f, k, x, o)
-        if y is not None:
-            begin_tangents(f, g, x, o, y)
-            if y.count[NEUTRAL]:
-                renew(f, variant_of(x.modes), x, o, y, 0.0)
+        initial_modes(functions, work, motion, options)
+        if tangents is not None:
+            begin_tangents(functions, derivatives, motion, options, tangents)
+            if tangents.count[NEUTRAL]:
+                renew(functions, variant_of(motion.modes), motion, options, tangents, 0.0)
     while True:
-        if count[LOGGED] + ROOM > len(x.log):
+        if count[LOGGED] + ROOM > len(motion.log):
             return FULL
-        if y is not None and y.count[ROWS] >= len(y.rows):
+        if tangents is not None and tangents.count[ROWS] >= len(tangents.rows):
             return FULL
-        if x.s[0] >= o.t_end or (o.stop_after and count[SECTIONS] >= o.stop_after):
+        if motion.s[0] >= options.t_end or (options.stop_after and count[SECTIONS] >= options.stop_after):
             return OK
-        if count[STEPS] + count[REJECTED] + count[FAILED] >= o.max_steps:
+        if count[STEPS] + count[REJECTED] + count[FAILED] >= options.max_steps:
             return STEP_LIMIT
-        variant = variant_of(x.modes)
-        if not count[FRESH]:
-            _new_base(f, k.weight, x, o.n_q + o.n)
-            count[FRESH] = 1
-        h = bounded(min(real[H], o.h_max), fastest(x.s, x.turning, o.n_q), TURN, o.t_end - x.s[0])
-        error = attempt(f, variant, k, x, o, h)
+        variant = variant_of(motion.modes)
+        if not count[BASE_SET]:
+            _new_base(functions, work.weight, motion, options.n_q + options.n)
+            count[BASE_SET] = 1
+        h = bounded(
+            min(real[H], options.h_max),
+            fastest(motion.s, motion.turning, options.n_q),
+            TURN,
+            options.t_end - motion.s[0],
+        )
+        error = attempt(functions, variant, work, motion, options, h)
         excited = False
-        if g is not None:
+        if derivatives is not None:
             excited = real[GROWTH] > 0.0 and variant > IN_FLIGHT and 0.0 <= error < 1.0
             if excited:
-                _at_wall(f, LOOK, LOOK, k, x, o)
+                _at_wall(functions, SEEK_GROWTH, SEEK_GROWTH, work, motion, options)
         if error < 0.0:
             count[FAILED] += 1
             real[H], real[H_LIMIT] = 0.5 * h, 0.75 * h
@@ -272,28 +282,30 @@ def run(f, k, x, o, g, y):
         elif not error < 1.0:
             count[REJECTED] += 1
             real[H] = shorter(real, h, error)
-        elif excited and real[FOLLOWED] < h:
+        elif excited and real[H_EXCITED] < h:
             count[FAILED] += 1
-            real[H], real[H_LIMIT], count[SMOOTH] = real[FOLLOWED], 0.75 * real[FOLLOWED], 0
-        elif passes_centre(k.w, o.guards, x) or dead_centre(k.w, o) != AWAY:
+            real[H], real[H_LIMIT], count[SMOOTH] = real[H_EXCITED], 0.75 * real[H_EXCITED], 0
+        elif passes_centre(work.w, options.guards, motion) or dead_centre(work.w, options) != AWAY:
             count[FAILED] += 1
             real[H], real[H_LIMIT], count[SMOOTH] = 0.5 * h, 0.75 * h, 0
         else:
-            if x.s[0] == real[T_EVENT]:
+            if motion.s[0] == real[T_EVENT]:
                 kept = real[H_START + variant]
                 real[H_START + variant] = learnt(kept, real[H_REJECTED] > 0.0, h, error)
-            count[IDLE] = idle_steps(count[IDLE], h, o.near, k.w, 8 * (o.first + 1), k.weight)
-            _take(f, variant, k, x, o, g, y, h, error)
+            count[IDLE_STEPS] = idle_steps(
+                count[IDLE_STEPS], h, options.chatter_time, work.w, 8 * (options.first + 1), work.weight
+            )
+            _take(functions, variant, work, motion, options, derivatives, tangents, h, error)
             if count[JAMMED] > 0:
                 return WEDGED
-            if count[IDLE] >= IDLE_COUNT:
+            if count[IDLE_STEPS] >= IDLE_COUNT:
                 return NOT_CONVERGED
-            if y is not None and count[TOGETHER] > 0:
+            if tangents is not None and count[SIMULTANEOUS] > 0:
                 return NO_DERIVATIVE
-            if count[CLOSE] >= CHATTER_COUNT:
+            if count[CLOSE_EVENTS] >= CHATTER_COUNT:
                 return CHATTER
-        if dead_centre(k.w, o) == THERE or not real[H] > instant(x.s[0], o.near):
-            return failure(x.s, o.n_q + o.n)
+        if dead_centre(work.w, options) == THERE or not real[H] > instant(motion.s[0], options.chatter_time):
+            return failure(motion.s, options.n_q + options.n)
 
 
 flow = run

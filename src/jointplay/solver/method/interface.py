@@ -161,7 +161,7 @@ SIGNATURES = {
     "vary": void(vector, vector),
     "divergence": void(vector),
     "gradient": void(INT, vector, vector, vector, vector),
-    "turned": void(INT, vector, vector, vector),
+    "reset_slopes": void(INT, vector, vector, vector),
 }
 
 
@@ -194,7 +194,7 @@ class Variations(NamedTuple):
     vary: Callable
     divergence: Callable
     gradient: Callable
-    turned: Callable
+    reset_slopes: Callable
 
 
 FUNCTIONS, VARIATIONS = Record(Functions, SIGNATURES), Record(Variations, SIGNATURES)
@@ -269,9 +269,9 @@ instruction = _marks("instruction")  # written as instructions in another file, 
 
 
 @instruction
-def until(o, end, h_max):
+def until(options, end, h_max):
     """Options of a run with another end and longest step."""
-    return o._replace(t_end=end, h_max=h_max)
+    return options._replace(t_end=end, h_max=h_max)
 
 
 @instruction
@@ -292,7 +292,7 @@ def options_at(words, n):
     return words[n]
 
 
-def at_wall(f, guard, at, k, x, o):
+def at_wall(functions, guard, at, work, motion, options):
     """Do nothing, and never be called: stands for wall_flow.at_wall in structures without rigid walls."""
 
 

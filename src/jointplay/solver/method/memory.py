@@ -1,25 +1,26 @@
 """State of a trajectory while it is computed: plain arrays, allocated once, and the options of a run.
 
 All that a run needs to go on lies here, so that it can be left between two steps and taken up again, with
-the same result to the last bit. In all of the method the same letters stand for
+the same result to the last bit. In all of the method the same words stand for
 
-    f   functions of the structure, and the method's algebra for its size (interface.Functions)
-    k   Work: scratch of the method
-    x   Trajectory: state, parameters, modes, counters, and what has been recorded
-    o   Options of the run
-    g   derivatives of f, for tangents (interface.Variations); None: none are carried along
-    y   Tangents: a frame of tangent vectors (tangent.Tangents); None: there is none
+    functions    of the structure, and the method's algebra for its size (interface.Functions)
+    work         scratch of the method (Work)
+    motion       state, parameters, modes, counters, and what has been recorded (Trajectory)
+    options      of the run (Options)
+    derivatives  of the functions, for tangents (interface.Variations); None: none are carried along
+    tangents     a frame of tangent vectors (tangents.tangent.Tangents); None: there is none
 
 A lane row holds a quantity at the eight places of a step at which equations are taken at once: row r of the
-buffer k.w is w[8 r : 8 r + 8], lanes 0 to 6 at the seven stages (lane 6 is the step's end), lane 7 at its
-base point x.s. Rows follow each other as
+buffer work.w is w[8 r : 8 r + 8], lanes 0 to 6 at the seven stages (lane 6 is the step's end), lane 7 at its
+base point, the motion's s. Rows follow each other as
 
-    0          the method's own, or those of a structure's plan (codegen.elimination)
-    o.first    the increment of time from x.s on; then of each position and speed; then the rate of each
-               speed; then how far each loop is from its dead centre (equations.system.System.folds)
-    o.guards   four guards of each contact (gap, force, sliding speed, cone); then of each rigid wall; of
-               each one's friction, where walls are rough (sliding speed, or cone while a body sticks);
-               the section quantity if there is one, and the power of each integral
+    0                the method's own, or those of a structure's plan (codegen.elimination)
+    options.first    the increment of time from the base point on; then of each position and speed; then the
+                     rate of each speed; then how far each loop is from its dead centre
+                     (equations.system.System.folds)
+    options.guards   four guards of each contact (gap, force, sliding speed, cone); then of each rigid wall;
+                     of each one's friction, where walls are rough (sliding speed, or cone while a body
+                     sticks); the section quantity if there is one, and the power of each integral
 
 as codegen.source.Layout counts them. An argument `at` is a place in such a buffer (8 r), `row` the number r.
 """
@@ -30,18 +31,31 @@ import numpy as np
 
 from .codes import Row
 
-# Places in Trajectory.count
+# Places in Trajectory.count: what has been done
 STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS, SECTIONS, SAMPLES, LOGGED = range(8)
-CLOSE, FRESH, SMOOTH, SIDE, PASSED, STARTED, TOGETHER, IDLE, JAMMED, COUNTERS = range(8, 18)
+CLOSE_EVENTS = 8  # events in a row of which each followed the last within the chatter time
+BASE_SET = 9  # 1: sines, masks and weights are those of the base point
+SMOOTH = 10  # 1: the next step may be extrapolated from the one before
+SECTION_SIDE, LEVELS_PASSED = 11, 12  # side (+1, -1) of the section's level; levels that have been passed
+STARTED = 13  # 1: the initial modes are set
+SIMULTANEOUS = 14  # impacts at one instant, of which there is no derivative
+IDLE_STEPS = 15  # steps in a row that moved nothing
+JAMMED = 16  # rigid contacts without an answer
+COUNTERS = 17
 # Places in Trajectory.real
-H, H_PAST, ERROR_PAST, H_REJECTED, ERROR_REJECTED, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_LIMIT = range(10)
-# of each variant: last length, length of the step after an event
-H_VARIANT, H_START, DOUBTED, FOLLOWED = 10, 13, 16, 17
-# given, and kept: rate from which on a mode that grows is followed, 1/s, or 0 where none is; speed by which
-# rebounds that are left out may be wrong, as the wall turns meanwhile
-GROWTH, ASTRAY, NUMBERS = 18, 19, 20
+H, H_PAST, ERROR_PAST, H_REJECTED, ERROR_REJECTED = range(5)  # next step; last accepted; last rejected
+CONTRACTION = 5  # of Newton's iteration in the last step
+LEVEL = 6  # of the section
+T_EVENT, T_SECTION = 7, 8  # times of the last event and section point
+H_LIMIT = 9  # longest step since one failed
+H_VARIANT, H_START = 10, 13  # of each variant: last length; length of the step after an event, 0: none learnt
+COARSENESS = 16  # of the last step (coarse_steps)
+H_EXCITED = 17  # longest step that follows modes that grow (excited)
+GROWTH = 18  # given: rate from which on such a mode is followed, 1/s; 0: none is
+REBOUND_ERROR = 19  # given: speed by which rebounds left out may be wrong, as the wall turns meanwhile
+NUMBERS = 20
 # Tags of log rows (floats, as their rows), and where their columns begin
-STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW, DOUBT_ROW = map(float, Row)
+STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW, COARSE_ROW = map(float, Row)
 DRIVE, JOINTS = 0, 1  # places of the drive's and the joints' work among the integrals of a linkage
 COLUMNS = 3
 HALVINGS = 40  # of an interval, to isolate roots
@@ -62,7 +76,7 @@ class Work(NamedTuple):
 
     w: np.ndarray  # lane buffer: the method's rows, then the structure's
     J: np.ndarray  # Jacobian, rows of positions and speeds; of many unknowns, the values of a plan
-    ahead: np.ndarray  # the predicted state, as Trajectory.s, at which J is taken
+    predicted: np.ndarray  # a state ahead, as Trajectory.s, at which J is taken
     past: np.ndarray  # increments of the last accepted step
     whole: np.ndarray  # increments of a step that is being shortened
     gain: np.ndarray  # increments of the work in the step
@@ -94,9 +108,9 @@ class Trajectory(NamedTuple):
     clearance_squared: np.ndarray  # square of each contact's clearance; inf: it has no centre
     group: np.ndarray  # of each rigid wall: those of one number slide as one; below 0: it has no impulses
     cone: np.ndarray  # margin of each contact's cone over its normal force; of a wall's, over its square
-    count: np.ndarray
-    real: np.ndarray
-    at: np.ndarray  # sample times, ascending
+    count: np.ndarray  # STEPS, …
+    real: np.ndarray  # H, …
+    sample_times: np.ndarray  # ascending
     samples: np.ndarray  # rows: time, positions, speeds, modes, work
     log: np.ndarray  # rows: tag, contact, kind, then as samples
 
@@ -111,16 +125,18 @@ class Options(NamedTuple):
     t_end: float
     h_max: float
     newton: float  # tolerance of the iteration in units of the tolerated error
-    near: float  # events closer than this, one after another, are chatter
-    rest: float  # sliding speeds up to this are within the tolerance of zero
-    hop: float  # heights of a rebound, likewise
-    play: float  # rounding of a rigid wall's gap; 0: none that matters
+    chatter_time: float  # events closer than this, one after another, are chatter
+    speed_tolerance: float  # speeds at a contact up to this are within the tolerance of zero
+    height_tolerance: float  # heights of a rebound, likewise
+    gap_rounding: float  # rounding of a rigid wall's gap; 0: none that matters
     max_steps: int  # attempts
     log_from: float  # time from which steps and events are logged
     log_steps: int
     log_events: int
     log_misses: int  # closest approaches in flight
-    sharp: float  # tolerated error of a recorded rate, in those of its speed, a second; 0: none is recorded
+    rate_tolerance: (
+        float  # tolerated error of a recorded rate, in those of its speed, a second; 0: none is recorded
+    )
     section: int  # codes.Section
     direction: int  # of the level crossing
     period: float  # added to the level at each crossing; 0: the level stays
@@ -150,7 +166,7 @@ def work(n_s: int, n_q: int, n: int, n_touch: int, n_powers: int, n_rows: int, n
     return Work(
         w=lane_rows(n_rows),
         J=np.zeros(n_jacobian),
-        ahead=np.zeros(n_s),
+        predicted=np.zeros(n_s),
         past=lane_rows(n_q + n),
         whole=lane_rows(n_q + n),
         gain=lane_rows(n_powers),
@@ -195,7 +211,7 @@ def trajectory(
         cone=np.zeros(n_contacts + n_resets),
         count=np.zeros(COUNTERS, dtype=np.int64),
         real=np.zeros(NUMBERS),
-        at=np.zeros(0),
+        sample_times=np.zeros(0),
         samples=np.zeros((0, 1)),
         log=np.zeros((0, 1)),
     )

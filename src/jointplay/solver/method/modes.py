@@ -64,7 +64,7 @@ def inside(mode, guard, pulls):
 
 
 @inner
-def look(contacts, modes, m, s, p, out):
+def contact_numbers(contacts, modes, m, s, p, out):
     """Six numbers a contact, and a rigid wall (codegen.module), with `modes` in force."""
     mask(modes, m)
     contacts(max(variant_of(modes), SLIPPING), s, p, m, out)
@@ -75,10 +75,10 @@ def _settle(contacts, j, modes, m, s, p, out):
     """Decide the mode of contact j, which touches with v_t = 0, from both one-sided accelerations."""
     before = modes[j]
     modes[j] = SLIP_POSITIVE
-    look(contacts, modes, m, s, p, out)
+    contact_numbers(contacts, modes, m, s, p, out)
     plus = out[6 * j + 5]
     modes[j] = SLIP_NEGATIVE
-    look(contacts, modes, m, s, p, out)
+    contact_numbers(contacts, modes, m, s, p, out)
     modes[j] = balance(plus, out[6 * j + 5], before)
 
 
@@ -95,20 +95,20 @@ def balance(plus, minus, before):
 
 
 @inner
-def touch(contacts, j, flags, modes, m, s, p, rest, out):
+def touch(contacts, j, flags, modes, m, s, p, speed_tolerance, out):
     """Contact j begins: slip direction by the sign of v_t, or by its acceleration where v_t is at rest."""
     modes[j] = CONTACT
     if flags[j] & STICKS:
-        look(contacts, modes, m, s, p, out)
+        contact_numbers(contacts, modes, m, s, p, out)
         v_t = out[6 * j + 2]
-        if abs(v_t) <= rest:
+        if abs(v_t) <= speed_tolerance:
             _settle(contacts, j, modes, m, s, p, out)
         else:
             modes[j] = SLIP_POSITIVE if v_t > 0.0 else SLIP_NEGATIVE
 
 
 @inner
-def start(contacts, j, flags, modes, m, s, p, rest, out):
+def start(contacts, j, flags, modes, m, s, p, speed_tolerance, out):
     """Set the mode of contact j that belongs to an initial state."""
     touches = SLIPPING + 0 * j  # a variable, for the reason that interface gives
     modes[j] = CONTACT
@@ -117,23 +117,23 @@ def start(contacts, j, flags, modes, m, s, p, rest, out):
     closed, force = out[6 * j] >= 0.0, out[6 * j + 3]
     modes[j] = FREE
     if closed and (flags[j] & PULLS or force > 0.0):
-        touch(contacts, j, flags, modes, m, s, p, rest, out)
+        touch(contacts, j, flags, modes, m, s, p, speed_tolerance, out)
     elif closed:
         modes[j] = RELEASED
 
 
 @inner
-def _loosen(contacts, except_for, flags, modes, fired, m, s, p, rest, out):
+def _loosen(contacts, except_for, flags, modes, fired, m, s, p, speed_tolerance, out):
     """Sticking contacts whose cone was left by a jump elsewhere begin to slip.
 
     Of those that share a face, one may stick from here on as another does; its v_t has no root of its own.
     """
     for _ in range(len(modes)):
         changed = False
-        look(contacts, modes, m, s, p, out)
+        contact_numbers(contacts, modes, m, s, p, out)
         for j in range(len(flags)):
             slips = modes[j] == SLIP_POSITIVE or modes[j] == SLIP_NEGATIVE
-            still = flags[j] & SHARES and slips and abs(out[6 * j + 2]) <= rest
+            still = flags[j] & SHARES and slips and abs(out[6 * j + 2]) <= speed_tolerance
             if (modes[j] == STICK or still) and j != except_for:
                 held = modes[j]
                 _settle(contacts, j, modes, m, s, p, out)
@@ -145,7 +145,7 @@ def _loosen(contacts, except_for, flags, modes, fired, m, s, p, rest, out):
 
 
 @inner
-def follow(contacts, j, guard, flags, modes, fired, m, s, p, rest, out):
+def follow(contacts, j, guard, flags, modes, fired, m, s, p, speed_tolerance, out):
     """Change modes after a guard of contact j fired at the base point; give back the kind of event.
 
     `fired` takes the multiplicity with which guards start at zero; what latches is watched elsewhere then.
@@ -154,12 +154,12 @@ def follow(contacts, j, guard, flags, modes, fired, m, s, p, rest, out):
     fired[4 * j + guard] = 0 if flags[j] & LATCHES else 1
     gone = not flags[j] & PULLS and guard in (GAP, FORCE)
     if gone and guard == GAP:  # the force may end with the gap
-        look(contacts, modes, m, s, p, out)
+        contact_numbers(contacts, modes, m, s, p, out)
         gone = out[6 * j + 3] <= 0.0
     if before == FREE or (before == RELEASED and guard == FORCE):
         kind = ENTRY
-        touch(contacts, j, flags, modes, m, s, p, rest, out)
-        look(contacts, modes, m, s, p, out)
+        touch(contacts, j, flags, modes, m, s, p, speed_tolerance, out)
+        contact_numbers(contacts, modes, m, s, p, out)
         if not (flags[j] & PULLS) and out[6 * j + 3] <= 0.0:
             fired[4 * j + FORCE] = 1
     elif before == RELEASED:
@@ -177,9 +177,9 @@ def follow(contacts, j, guard, flags, modes, fired, m, s, p, rest, out):
         kind = SLIP_ONSET
     else:
         kind = SLIP_ONSET
-        look(contacts, modes, m, s, p, out)
+        contact_numbers(contacts, modes, m, s, p, out)
         modes[j] = SLIP_POSITIVE if out[6 * j + 4] > 0.0 else SLIP_NEGATIVE
         fired[4 * j + SLIDE] = 2
-    _loosen(contacts, j, flags, modes, fired, m, s, p, rest, out)
-    look(contacts, modes, m, s, p, out)
+    _loosen(contacts, j, flags, modes, fired, m, s, p, speed_tolerance, out)
+    contact_numbers(contacts, modes, m, s, p, out)
     return kind

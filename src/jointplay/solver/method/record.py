@@ -45,39 +45,41 @@ def sample(samples, times, i, h, end, w, at, s, n_x, b, modes, gain, work):
 
 
 @inner
-def note(k, x, o, tag, contact, kind, time, place):
+def note(work, motion, options, tag, contact, kind, time, place):
     """Add a log row: its tag, contact and kind, then the record."""
-    row, at, n_x = x.log[x.count[LOGGED]], 8 * (o.first + 1), o.n_q + o.n
+    row, at, n_x = motion.log[motion.count[LOGGED]], 8 * (options.first + 1), options.n_q + options.n
     row[0], row[1], row[2] = tag, contact, kind
-    write(row[COLUMNS:], time, place, k.w, at, x.s, n_x, k.b, x.modes, k.gain, x.work)
-    x.count[LOGGED] += 1
+    write(row[COLUMNS:], time, place, work.w, at, motion.s, n_x, work.b, motion.modes, work.gain, motion.work)
+    motion.count[LOGGED] += 1
 
 
 @inner
-def closest_approaches(k, x, o, h, end):
+def closest_approaches(work, motion, options, h, end):
     """Log the closest approaches of every open gap within the step of length h, up to its place `end`."""
-    for g in range(len(x.fired)):
-        j, row = g // 4, 8 * (o.guards + g)
-        wall = g - 4 * len(x.flags)
+    modes, contacts = motion.modes, len(motion.flags)
+    for g in range(len(motion.fired)):
+        j, row = g // 4, 8 * (options.guards + g)
+        wall = g - 4 * contacts
         if wall >= 0:
-            if wall < len(x.modes) - len(x.flags) and x.modes[len(x.flags) + wall] == FREE:
-                _of_gap(k, x, o, h, end, row, -1.0, len(x.flags) + wall)
-        elif x.modes[j] == FREE and g % 4 == GAP:
-            _of_gap(k, x, o, h, end, row, 1.0, j)
+            if wall < len(modes) - contacts and modes[contacts + wall] == FREE:
+                _of_gap(work, motion, options, h, end, row, -1.0, contacts + wall)
+        elif modes[j] == FREE and g % 4 == GAP:
+            _of_gap(work, motion, options, h, end, row, 1.0, j)
 
 
 @inner
-def _of_gap(k, x, o, h, end, row, rising, contact):
+def _of_gap(work, motion, options, h, end, row, rising, contact):
     """`rising`: sign of the guard's slope on the way to contact. The gap goes where events have kinds."""
-    b, whole = k.b, 0 * o.n  # no root is divided out; a variable, for the reason that interface gives
-    degree, side = differentiate(b, bernstein(k.w, row, whole, b))
-    at, degree = next_extremum(b, degree, 0.0, side, end, k.stack)
+    b = work.b
+    whole = 0 * options.n  # no root is divided out; a variable, for the reason that interface gives
+    degree, side = differentiate(b, bernstein(work.w, row, whole, b))
+    at, degree = next_extremum(b, degree, 0.0, side, end, work.stack)
     while at <= 1.0:
-        if side * rising > 0.0 and x.s[0] + h * at >= o.log_from:
+        if side * rising > 0.0 and motion.s[0] + h * at >= options.log_from:
             basis(at, b)
             gap = 0.0
             for i in range(8):
-                gap += b[8 + i] * k.w[row + i]
-            note(k, x, o, MISS_ROW, float(contact), -rising * gap, x.s[0] + h * at, at)
+                gap += b[8 + i] * work.w[row + i]
+            note(work, motion, options, MISS_ROW, float(contact), -rising * gap, motion.s[0] + h * at, at)
         side = -side
-        at, degree = next_extremum(b, degree, at, side, end, k.stack)
+        at, degree = next_extremum(b, degree, at, side, end, work.stack)

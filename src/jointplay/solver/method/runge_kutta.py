@@ -64,25 +64,27 @@ def _decide(w, guards, flags, modes, m):
 
 
 @inlined
-def _rates(f, k, x, o):
-    """Accelerations at the stage in k.w, in the modes that it decides itself, guessed from the present ones.
+def _rates(functions, work, motion, options):
+    """Accelerations at the stage in work.w, in modes that it decides itself, guessed from the present ones.
 
     In free flight there is no v_t: a second look gives it.
     """
     for _ in range(LOOKS):
-        f.rate(variant_of(x.modes), k.w, x.s, x.p, x.m)
-        x.count[EVALUATIONS] += 1
-        if not _decide(k.w, o.guards, x.flags, x.modes, x.m):
+        functions.rate(variant_of(motion.modes), work.w, motion.s, motion.p, motion.m)
+        motion.count[EVALUATIONS] += 1
+        if not _decide(work.w, options.guards, motion.flags, motion.modes, motion.m):
             break
 
 
 @inlined
-def _stage(k, x, o, share, reach):
+def _stage(work, motion, options, share, reach):
     """Add `share` of the rates to the step's sum; go to `reach` of them from its start."""
-    n_q, n_x, state, w = o.n_q, o.n_q + o.n, 8 * (o.first + 1) + 7, k.w
+    n_q, n_x, state, w = options.n_q, options.n_q + options.n, 8 * (options.first + 1) + 7, work.w
     for r in range(n_x):
-        slope = x.s[1 + n_q + r] + w[state + 8 * (n_q + r)] if r < n_q else w[state + 8 * (o.n + r)]
-        k.whole[r] += share * slope
+        slope = (
+            motion.s[1 + n_q + r] + w[state + 8 * (n_q + r)] if r < n_q else w[state + 8 * (options.n + r)]
+        )
+        work.whole[r] += share * slope
         w[state + 8 * r] = reach * slope
 
 
@@ -94,61 +96,61 @@ def _load(p, places, a, b, part):
 
 
 @inlined
-def _step(f, k, x, o, h, places, a, b):
-    """One step of length h, of which the first rates are in k.w; loads go from `a` to `b`."""
-    n_x, time = o.n_q + o.n, 8 * o.first + 7
+def _step(functions, work, motion, options, h, places, a, b):
+    """One step of length h, of which the first rates are in work.w; loads go from `a` to `b`."""
+    n_x, time = options.n_q + options.n, 8 * options.first + 7
     for r in range(n_x):
-        k.whole[r] = 0.0
-    _stage(k, x, o, h / 6.0, 0.5 * h)
-    k.w[time] = 0.5 * h
-    _load(x.p, places, a, b, 0.5)
-    _rates(f, k, x, o)
-    _stage(k, x, o, h / 3.0, 0.5 * h)
-    _rates(f, k, x, o)
-    _stage(k, x, o, h / 3.0, h)
-    k.w[time] = h
-    _load(x.p, places, a, b, 1.0)
-    _rates(f, k, x, o)
-    _stage(k, x, o, h / 6.0, 0.0)
-    k.w[time] = 0.0
+        work.whole[r] = 0.0
+    _stage(work, motion, options, h / 6.0, 0.5 * h)
+    work.w[time] = 0.5 * h
+    _load(motion.p, places, a, b, 0.5)
+    _rates(functions, work, motion, options)
+    _stage(work, motion, options, h / 3.0, 0.5 * h)
+    _rates(functions, work, motion, options)
+    _stage(work, motion, options, h / 3.0, h)
+    work.w[time] = h
+    _load(motion.p, places, a, b, 1.0)
+    _rates(functions, work, motion, options)
+    _stage(work, motion, options, h / 6.0, 0.0)
+    work.w[time] = 0.0
     for r in range(n_x):
-        x.s[1 + r] += k.whole[r]
-    x.count[STEPS] += 1
+        motion.s[1 + r] += work.whole[r]
+    motion.count[STEPS] += 1
 
 
 @inlined
-def _arrive(f, k, x, o, row):
+def _arrive(functions, work, motion, options, row):
     """Rates at the base point; write it down: time, state, contact modes."""
-    f.trig(x.s, x.p)
-    _rates(f, k, x, o)
-    n_x = o.n_q + o.n
+    functions.trig(motion.s, motion.p)
+    _rates(functions, work, motion, options)
+    n_x = options.n_q + options.n
     for r in range(1 + n_x):
-        row[r] = x.s[r]
-    for j in range(len(x.modes)):
-        row[1 + n_x + j] = x.modes[j]
+        row[r] = motion.s[r]
+    for j in range(len(motion.modes)):
+        row[1 + n_x + j] = motion.modes[j]
 
 
 @inner
-def march(f, k, x, o, h, places, loads, rows, done, count):
-    """Take steps of length h from x.s, and write down the state at the start and after each.
+def march(functions, work, motion, options, h, places, loads, rows, done, count):
+    """Take steps of length h from the base point, and write down the state at the start and after each.
 
     Row i of `loads` holds the parameters at `places` after i steps. Of the len(rows) - 1 steps, those from
     `done`, the number that has been taken, up to `count` are taken now. Gives back OK, or DIVERGED, where the
     rows that were not reached are NaN. Call again to go on from there.
     """
-    n_x = o.n_q + o.n
+    n_x = options.n_q + options.n
     if done == 0:
         for r in range(8 * (1 + n_x)):
-            k.w[8 * o.first + r] = 0.0
-        _load(x.p, places, loads[0], loads[0], 0.0)
-        _arrive(f, k, x, o, rows[0])
+            work.w[8 * options.first + r] = 0.0
+        _load(motion.p, places, loads[0], loads[0], 0.0)
+        _arrive(functions, work, motion, options, rows[0])
     start = rows[0, 0]
     for i in range(done + 1, count + 1):
-        _step(f, k, x, o, h, places, loads[i - 1], loads[i])
-        x.s[0] = start + i * h
-        _arrive(f, k, x, o, rows[i])
+        _step(functions, work, motion, options, h, places, loads[i - 1], loads[i])
+        motion.s[0] = start + i * h
+        _arrive(functions, work, motion, options, rows[i])
         for r in range(n_x):
-            if not abs(x.s[1 + r]) < HUGE:
+            if not abs(motion.s[1 + r]) < HUGE:
                 rows[i + 1 :] = np.nan
                 return DIVERGED
     return OK

@@ -9,7 +9,7 @@ the quantity is. A jump across the level, as of a force at contact, is a crossin
 from .codes import Section
 from .events import locate
 from .interface import inner
-from .memory import LEVEL, PASSED, SECTION_ROW, SECTIONS, SIDE, T_SECTION
+from .memory import LEVEL, LEVELS_PASSED, SECTION_ROW, SECTION_SIDE, SECTIONS, T_SECTION
 from .polynomial import TO_ROUNDING, bernstein, first_root, keep_right
 from .radau import NODES
 from .record import note
@@ -41,48 +41,50 @@ def next_crossing(w, row, multiplicity, b, stack, level, after, side):
 
 
 @inner
-def sections(f, variant, k, x, o, h, end):
+def sections(functions, variant, work, motion, options, h, end):
     """Level crossings within the step, up to the place `end`; each is located by a step of its own."""
-    count, real, at = x.count, x.real, 8 * (o.first + 1)
-    row, place = o.guards + len(x.fired), -1.0
-    whole = 0 * o.n  # no root is divided out; a variable, for the reason that interface gives
+    count, real, at = motion.count, motion.real, 8 * (options.first + 1)
+    row, place = options.guards + len(motion.fired), -1.0
+    whole = 0 * options.n  # no root is divided out; a variable, for the reason that interface gives
     none = whole - 1  # it is no guard's row
-    if count[SIDE] == 0:
-        ahead = o.period == 0.0 and (k.w[8 * row + 7] - real[LEVEL]) * o.direction >= 0.0
-        count[SIDE] = o.direction if ahead else -o.direction
+    if count[SECTION_SIDE] == 0:
+        ahead = options.period == 0.0 and (work.w[8 * row + 7] - real[LEVEL]) * options.direction >= 0.0
+        count[SECTION_SIDE] = options.direction if ahead else -options.direction
     for _ in range(SECTIONS_A_STEP):
-        after = place if o.period == 0.0 else -1.0
-        level = real[LEVEL] + count[PASSED] * o.period * o.direction  # a sum would drift
-        place = next_crossing(k.w, row, whole, k.b, k.stack, level, after, count[SIDE])
-        if place > end or (o.stop_after and count[SECTIONS] >= o.stop_after):
+        after = place if options.period == 0.0 else -1.0
+        level = real[LEVEL] + count[LEVELS_PASSED] * options.period * options.direction  # a sum would drift
+        place = next_crossing(work.w, row, whole, work.b, work.stack, level, after, count[SECTION_SIDE])
+        if place > end or (options.stop_after and count[SECTIONS] >= options.stop_after):
             return
-        if count[SIDE] == -o.direction and x.s[0] + place * h - real[T_SECTION] > 1e-3 * o.near:
-            keep(k.w, at, k.whole)
-            near = max(place, 1e-12)
-            length, root, sure = locate(f, variant, k, x, o, h, near, row, whole, level, none)
+        later = motion.s[0] + place * h - real[T_SECTION]
+        if count[SECTION_SIDE] == -options.direction and later > 1e-3 * options.chatter_time:
+            keep(work.w, at, work.whole)
+            length, root, sure = locate(
+                functions, variant, work, motion, options, h, max(place, 1e-12), row, whole, level, none
+            )
             if not sure:  # the step's own polynomial is the best that there is
-                _bring_back(k.whole, k.w, at - 8, h)
+                _bring_back(work.whole, work.w, at - 8, h)
                 length, root = h, place
-            real[T_SECTION] = x.s[0] + length * root
-            count_section(k, x, o, real[T_SECTION], root, -1.0, 0.0)
-            _bring_back(k.whole, k.w, at - 8, h)
-            f.rate(variant, k.w, x.s, x.p, x.m)
-        if o.period == 0.0:
-            count[SIDE] = -count[SIDE]
-        count[PASSED] += 1
+            real[T_SECTION] = motion.s[0] + length * root
+            count_section(work, motion, options, real[T_SECTION], root, -1.0, 0.0)
+            _bring_back(work.whole, work.w, at - 8, h)
+            functions.rate(variant, work.w, motion.s, motion.p, motion.m)
+        if options.period == 0.0:
+            count[SECTION_SIDE] = -count[SECTION_SIDE]
+        count[LEVELS_PASSED] += 1
 
 
 @inner
-def count_event(k, x, o, j, kind, time):
+def count_event(work, motion, options, j, kind, time):
     """A section point, if events of that kind make the section."""
-    watched = o.section_contact < 0 or o.section_contact == j
-    if o.section == BY_EVENT and kind == o.section_event and watched:
-        count_section(k, x, o, time, 0.0, float(j), float(kind))
+    watched = options.section_contact < 0 or options.section_contact == j
+    if options.section == BY_EVENT and kind == options.section_event and watched:
+        count_section(work, motion, options, time, 0.0, float(j), float(kind))
 
 
 @inner
-def count_section(k, x, o, time, place, contact, kind):
+def count_section(work, motion, options, time, place, contact, kind):
     """A section point: logged after the first `skip`."""
-    x.count[SECTIONS] += 1
-    if x.count[SECTIONS] > o.skip:
-        note(k, x, o, SECTION_ROW, contact, kind, time, place)
+    motion.count[SECTIONS] += 1
+    if motion.count[SECTIONS] > options.skip:
+        note(work, motion, options, SECTION_ROW, contact, kind, time, place)

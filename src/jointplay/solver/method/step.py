@@ -21,18 +21,18 @@ LATE = 4  # stage whose Jacobian serves the iteration: it is the late stages tha
 
 
 @inlined
-def converge(f, variant, k, x, h, tolerance, contraction):
+def converge(functions, variant, work, motion, h, tolerance, contraction):
     """Newton's iteration from the predicted increments (moved), with the matrices factored for h.
 
     Gives back whether it converged, and the contraction that was observed (the next step's first guess at
     it).
     """
-    w = k.w
+    w = work.w
     factor, before = max(contraction, 1e-16) ** 0.8, 1.0
     for iteration in range(1, ITERATIONS + 1):
-        f.rate(variant, w, x.s, x.p, x.m)
-        size = f.newton(variant, w, x.s, k.J, k.weight, h)
-        x.count[EVALUATIONS] += 7
+        functions.rate(variant, w, motion.s, motion.p, motion.m)
+        size = functions.newton(variant, w, motion.s, work.J, work.weight, h)
+        motion.count[EVALUATIONS] += 7
         if not size < 1e100:
             break
         if iteration > 1:
@@ -62,35 +62,37 @@ def _power(x, n):
 
 
 @inlined
-def attempt(f, variant, k, x, o, h):
+def attempt(functions, variant, work, motion, options, h):
     """Attempt a step of length h; its error in units of the tolerance, -1 if it did not converge."""
-    w, s, real, first = k.w, x.s, x.real, 8 * o.first
-    if x.count[SMOOTH]:
-        f.extrapolate(w, k.past, 1.0, h / real[H_PAST])
+    w, s, real, first = work.w, motion.s, motion.real, 8 * options.first
+    if motion.count[SMOOTH]:
+        functions.extrapolate(w, work.past, 1.0, h / real[H_PAST])
     else:
-        f.rest(w)
-    f.move(w, s, h)
-    for r in range(1 + o.n_q + o.n):
-        k.ahead[r] = s[r] + w[first + 8 * r + LATE]
-    f.trig(k.ahead, x.p)
-    f.jacobian(variant, k.ahead, x.p, x.m, k.J)
-    f.factor(variant, w, k.J, h)
-    solved, real[CONTRACTION] = converge(f, variant, k, x, h, o.newton, real[CONTRACTION])
-    if not solved or _turned(w, x.turning, first + 8, o.n_q):
+        functions.rest(w)
+    functions.move(w, s, h)
+    for r in range(1 + options.n_q + options.n):
+        work.predicted[r] = s[r] + w[first + 8 * r + LATE]
+    functions.trig(work.predicted, motion.p)
+    functions.jacobian(variant, work.predicted, motion.p, motion.m, work.J)
+    functions.factor(variant, w, work.J, h)
+    solved, real[CONTRACTION] = converge(
+        functions, variant, work, motion, h, options.newton, real[CONTRACTION]
+    )
+    if not solved or _turned(w, motion.turning, first + 8, options.n_q):
         return -1.0
-    return estimate(f, variant, k, x, o, h)
+    return estimate(functions, variant, work, motion, options, h)
 
 
 @inner
-def estimate(f, variant, k, x, o, h):
-    """Error of the step of length h in k, whose matrices are factored, in units of the tolerance."""
-    for r in range(o.n_q):
-        k.error[r] = x.s[1 + o.n_q + r]
-    for r in range(o.n):
-        k.error[o.n_q + r] = k.w[8 * (o.first + 1 + o.n_q + o.n + r) + 7]
-    size = f.estimate(variant, k.w, k.J, k.weight, k.error, h)
-    if size >= 1.0 and not x.count[SMOOTH]:
-        size = _estimate_again(f, variant, k, x, o, h)
+def estimate(functions, variant, work, motion, options, h):
+    """Error of the step of length h in work, whose matrices are factored, in units of the tolerance."""
+    for r in range(options.n_q):
+        work.error[r] = motion.s[1 + options.n_q + r]
+    for r in range(options.n):
+        work.error[options.n_q + r] = work.w[8 * (options.first + 1 + options.n_q + options.n + r) + 7]
+    size = functions.estimate(variant, work.w, work.J, work.weight, work.error, h)
+    if size >= 1.0 and not motion.count[SMOOTH]:
+        size = _estimate_again(functions, variant, work, motion, options, h)
     return size
 
 
@@ -105,23 +107,23 @@ def _turned(w, turning, at, n_q):
 
 
 @inner
-def _estimate_again(f, variant, k, x, o, h):
+def _estimate_again(functions, variant, work, motion, options, h):
     """The estimate with f(x + error) in the place of f(x): sharper for stiff parts of a first step."""
-    w, s, error, n_x, state = k.w, x.s, k.error, o.n_q + o.n, 8 * (o.first + 1)
+    w, s, error, n_x, state = work.w, motion.s, work.error, options.n_q + options.n, 8 * (options.first + 1)
     for r in range(n_x):
         w[state + 8 * r + 7] = error[r]
-    f.rate(variant, w, s, x.p, x.m)
-    x.count[EVALUATIONS] += 1
-    for r in range(o.n_q):
-        error[r] = s[1 + o.n_q + r] + w[state + 8 * (o.n_q + r) + 7]
-    for r in range(o.n):
-        error[o.n_q + r] = w[state + 8 * (n_x + r) + 7]
+    functions.rate(variant, w, s, motion.p, motion.m)
+    motion.count[EVALUATIONS] += 1
+    for r in range(options.n_q):
+        error[r] = s[1 + options.n_q + r] + w[state + 8 * (options.n_q + r) + 7]
+    for r in range(options.n):
+        error[options.n_q + r] = w[state + 8 * (n_x + r) + 7]
     for r in range(n_x):
         w[state + 8 * r + 7] = 0.0
-    size = f.estimate(variant, w, k.J, k.weight, error, h)
+    size = functions.estimate(variant, w, work.J, work.weight, error, h)
     if size < 1.0:  # guards are looked at next: at the base point, not beside it
-        f.rate(variant, w, s, x.p, x.m)
-        x.count[EVALUATIONS] += 1
+        functions.rate(variant, w, s, motion.p, motion.m)
+        motion.count[EVALUATIONS] += 1
     return size
 
 

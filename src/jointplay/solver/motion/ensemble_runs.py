@@ -2,9 +2,9 @@
 
 The method is Radau IIA with five stages, each lane of the processor's vectors a motion of its own, with
 numbers, mode and step of its own (method.lanes). Reference: Hairer and Wanner, Solving Ordinary
-Differential Equations II, section IV.8. Validity: what nothing keeps from lanes (motion.ways). Whatever
-else is asked for is followed one by one, and so is a motion that lanes cannot finish: a body that rests on a
-wall, a loop at its dead centre.
+Differential Equations II, section IV.8. Validity: what nothing keeps from lanes (motion.eligibility).
+Whatever else is asked for is followed one by one, and so is a motion that lanes cannot finish: a body that
+rests on a wall, a loop at its dead centre.
 """
 
 from __future__ import annotations
@@ -18,11 +18,12 @@ import numpy as np
 
 from jointplay.display.errors import InputError, Problem
 from jointplay.solver.codegen import cache
-from jointplay.solver.codegen.lanes import HINDRANCES
+from jointplay.solver.codegen.lanes import EXCLUSIONS
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.mechanism.structure import linkage
 from jointplay.solver.method.codes import Row, Status
+from jointplay.solver.motion.eligibility import IN_LANES, LEFT, RTOL, exclusion, structure_exclusion
 from jointplay.solver.motion.lane_form import Form
 from jointplay.solver.motion.pieces import in_pieces, pace
 from jointplay.solver.motion.trajectory import (
@@ -35,7 +36,6 @@ from jointplay.solver.motion.trajectory import (
     scratch,
     wall_unit,
 )
-from jointplay.solver.motion.ways import IN_LANES, LEFT, RTOL, hindrance, of_structure
 
 LOG_ROWS = 8192
 AT_EVENTS = ("contacts", "trig", "reset")  # functions of a structure at one point; a wall needs its rate too
@@ -44,8 +44,8 @@ FEWEST = 16  # motions side by side that fill the lanes of two workers
 
 def ensemble_fits(mechanism: Mechanism | TestSystem, ensemble: bool | None, rtol: float) -> list[Problem]:
     """Rule: motions of the mechanism can be followed eight at once, where `ensemble` wants it."""
-    if ensemble and (found := _hindrance(mechanism)):
-        expected = f"false is accepted: motions side by side cannot have {HINDRANCES[found]}"
+    if ensemble and (found := _exclusion(mechanism)):
+        expected = f"false is accepted: motions side by side cannot have {EXCLUSIONS[found]}"
         return [Problem("ensemble", ensemble, expected)]
     if ensemble and not rtol >= RTOL:
         return [Problem("ensemble", ensemble, f"true is accepted at an rtol of {RTOL:g} or more")]
@@ -59,20 +59,20 @@ def in_lanes(ensemble: bool | None, mechanism: Mechanism | TestSystem, rtol: flo
     return count >= FEWEST and not ensemble_fits(mechanism, True, rtol)
 
 
-def _hindrance(mechanism: Mechanism | TestSystem) -> str:
+def _exclusion(mechanism: Mechanism | TestSystem) -> str:
     """Why the structure of a mechanism cannot be batched; empty where it can, or cannot be assembled."""
     try:
         given = linkage(mechanism) if isinstance(mechanism, Mechanism) else mechanism.structure()
     except InputError:
         return ""
-    return of_structure(given)
+    return structure_exclusion(given)
 
 
 def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> list[Records]:
     """Follow the motions of models as requested, eight at once where that can be.
 
-    Motions of one structure share lanes; a motion's numbers are the same to the last bit in any company. What
-    eight at once cannot do (`ways.hindrance`) is followed one by one.
+    Motions of one structure share lanes; a motion's numbers are the same to the last bit beside any others.
+    What eight at once cannot do (`eligibility.exclusion`) is followed one by one.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> lis
     """
     pairs, groups = list(zip(models, requests, strict=True)), {}
     for n, pair in enumerate(pairs):
-        groups.setdefault(None if hindrance(*pair) else pair[0].structure, []).append(n)
+        groups.setdefault(None if exclusion(*pair) else pair[0].structure, []).append(n)
     records = {n: follow(*pairs[n]) for n in groups.pop(None, [])}
     for group in groups.values():
         records |= zip(group, _in_lanes([pairs[n] for n in group])[0], strict=True)
@@ -118,7 +118,7 @@ def carry(models: Sequence[Model], requests: Sequence[Request], tangents: Sequen
     return _in_lanes(list(zip(models, requests, strict=True)), tangents)[1]
 
 
-def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = ()) -> tuple[list, list]:
+def _in_lanes(pairs: list[tuple[Model, Request]], given: Sequence[Tangent] = ()) -> tuple[list, list]:
     """Motions of one structure in lanes, and their tangents."""
     from jointplay.solver.method.control import FULL
     from jointplay.solver.method.interface import OPTIONS, TRAJECTORY, WORK, table
@@ -127,50 +127,53 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
 
     began, models, form = time.perf_counter(), [model for model, _ in pairs], Form.of(pairs[0][0])
     asked, pairs = pairs, [(model, form.by_sections(model, request)) for model, request in pairs]
-    name = "lanes.tangent_flow" if tangents else "lanes.flow"
+    name = "lanes.tangent_flow" if given else "lanes.flow"
     called = ["lanes.attempts", "lanes.lane", name, wall_unit(models[0].structure)]
     misses = any(request.misses for _, request in pairs)
     for each in filter(None, [*called, "lanes.approaches" * misses]):
         cache.prepare(each)
-    g, rows = _functions(models[0], form)  # compiled here while others compile the loop
-    v = _variations(models[0]) if tangents else None
-    f = _at_events(models[0])
+    vectorised, rows = _functions(models[0], form)  # compiled here while others compile the loop
+    derivatives = _variations(models[0]) if given else None
+    functions = _at_events(models[0])
     run, parts = cache.method(name).flow, _parts(misses)
-    k, width = scratch(models[0].structure, more=1), len(row(run_of(*pairs[0])[0]))  # a row for the section
+    work, width = (
+        scratch(models[0].structure, more=1),
+        len(row(run_of(*pairs[0])[0])),
+    )  # a row for the section
     log = memory.shared_log(LOG_ROWS, width)
     runs = [run_of(*pair, log) for pair in pairs]
-    kinds = zip((WORK, TRAJECTORY, OPTIONS), ([k], *zip(*runs, strict=True)), strict=True)
+    kinds = zip((WORK, TRAJECTORY, OPTIONS), ([work], *zip(*runs, strict=True)), strict=True)
     phases = np.array([form.turned(model) for model in models])
     jobs = memory.jobs([table(*each) for each in kinds], phases, np.zeros((len(models), width)), log)
     lanes = memory.lanes(rows, np.array(form.turning), form.crank, models[0].memories, form.sizes)
-    y, t = _started(tangents) if tangents else (None, None)
+    tangents, frame = _started(given) if given else (None, None)
     place = jobs.place
     logs = [[log[:0, :-1]] for _ in models]
-    grown = [[y.rows[:0, :-1]] for _ in models] if y else []
+    grown = [[tangents.rows[:0, :-1]] for _ in models] if tangents else []
 
     def call(pause: int) -> int:
         place[PAUSE] = pause
-        return run(f, parts, g, lanes, jobs, v, y, t)
+        return run(functions, parts, vectorised, lanes, jobs, derivatives, tangents, frame)
 
     def take() -> None:
         _hand_out(log[: place[LOGGED]], logs)
         place[LOGGED] = 0
-        if y is not None:
-            _hand_out(y.rows[: y.count[0]], grown)
-            y.count[0] = 0
+        if tangents is not None:
+            _hand_out(tangents.rows[: tangents.count[0]], grown)
+            tangents.count[0] = 0
 
-    own = pace(models[0].structure, name, len(tangents) and 1)
+    own = pace(models[0].structure, name, len(given) and 1)
     in_pieces(call, lambda: int(place[PASSED_BY]), own, FULL, math.inf, take)
     each, found = (time.perf_counter() - began) / len(models), []
     for n, (model, request) in enumerate(asked):
         if jobs.status[n] != Status.OK:  # it steps aside, or failed: by itself it may go on
-            found.append(None if tangents else replace(follow(model, request), way=LEFT))
+            found.append(None if given else replace(follow(model, request), route=LEFT))
         else:
             log_of = np.concatenate(logs[n])
             found.append(_records(runs[n][0], jobs.start[n], log_of, each, len(request.at) > 1))
-    if y is None:
+    if tangents is None:
         return found, []
-    carried = zip(found, map(np.concatenate, grown), y.grazing.tolist(), strict=True)
+    carried = zip(found, map(np.concatenate, grown), tangents.grazing.tolist(), strict=True)
     return found, [Carried(*one) for one in carried]
 
 
@@ -232,10 +235,10 @@ def _parts(approaches: bool):
     return Parts(lane.enter, lane.event, lane.leave, cache.method("lanes.attempts").special, own)
 
 
-def _records(x, start: np.ndarray, log: np.ndarray, seconds: float, sampled: bool) -> Records:
+def _records(motion, start: np.ndarray, log: np.ndarray, seconds: float, sampled: bool) -> Records:
     """Records of a trajectory; its section points are the samples where `sampled`."""
-    kinds, end = {tag: log[log[:, 0] == tag, 1:] for tag in Row}, row(x)
+    kinds, end = {tag: log[log[:, 0] == tag, 1:] for tag in Row}, row(motion)
     samples = end[None, :]
     if sampled:
         samples, kinds[Row.SECTION] = kinds[Row.SECTION][:, 2:], kinds[Row.SECTION][:0]
-    return Records(samples, *kinds.values(), start, end, int(Status.OK), seconds, counts(x), IN_LANES)
+    return Records(samples, *kinds.values(), start, end, int(Status.OK), seconds, counts(motion), IN_LANES)

@@ -17,9 +17,9 @@ ROUNDINGS = 64  # nor than so many roundings of the links' speeds, of which they
 APPROACH = 0.1  # of these: normal speeds, of which the rounding of the normal's direction makes sliding ones
 FLAT = 1e-11  # rebounds are known no better than this tolerance has them
 FLIGHT = 1000  # roundings of a gap in a flight that can be told from rest
-ASTRAY = 100.0  # of sliding speeds within the tolerance of zero: with SPEED_FLOOR, of the nominal one
+REBOUND_ERROR = 100.0  # of sliding speeds within the tolerance of zero: with SPEED_FLOOR, of the nominal one
 HELD = 1e-12  # share of a held force within which it is known
-ROUNDED_GAP = 16  # roundings of the mechanism's reach within which a gap is zero
+GAP_ROUNDINGS = 16  # roundings of the mechanism's reach within which a gap is zero
 
 
 def _rounding(model: Model) -> float:
@@ -31,32 +31,32 @@ def _rounding(model: Model) -> float:
     return EPS * model.reach * fastest * (ROUNDINGS + APPROACH * turning)
 
 
-def rounded_gap(model: Model) -> float:
+def gap_rounding(model: Model) -> float:
     """Rounding of a gap, m."""
-    return ROUNDED_GAP * EPS * model.reach
+    return GAP_ROUNDINGS * EPS * model.reach
 
 
-def rest(model: Model, rtol: float) -> float:
+def speed(model: Model, rtol: float) -> float:
     """Sliding speed that is within the tolerance of zero, or within rounding."""
     return max(max(rtol, NOISE) * model.creep, _rounding(model))
 
 
-def rebound(model: Model, rtol: float) -> float:
+def height(model: Model, rtol: float) -> float:
     """Height of a rebound from a rigid wall that is within the tolerance of zero, or of rounding; in m.
 
     Also within that of what bends: rebounds that are left out shake it by as much.
     """
     lengths = model.absolute[: len(model.turning)][model.turning == 0] if model.links else ()
     height = min(SPEED_FLOOR * (model.reach or 1.0), np.min(lengths, initial=np.inf))
-    return max(max(rtol, FLAT) * height, FLIGHT * rounded_gap(model))
+    return max(max(rtol, FLAT) * height, FLIGHT * gap_rounding(model))
 
 
-def astray(model: Model, still: float) -> float:
+def rebound_error(model: Model, still: float) -> float:
     """Speed by which rebounds left out may be wrong, m/s, of that which counts as rest; inf if links bend.
 
     There the force of a wall that holds a body is not steady, however low the rebounds are.
     """
-    return np.inf if model.bending else ASTRAY * still
+    return np.inf if model.bending else REBOUND_ERROR * still
 
 
 def clearances_squared(model: Model, n_contacts: int) -> np.ndarray:
@@ -106,7 +106,7 @@ def cones(model: Model) -> np.ndarray:
 
     Of a rough wall, whose push is solved for and is known to HELD of itself, over its square.
     """
-    errors, play, speed = np.zeros(len(model.touching)), rounded_gap(model), _rounding(model)
+    errors, play, speed = np.zeros(len(model.touching)), gap_rounding(model), _rounding(model)
     for j, f in enumerate(_rough(model), start=len(model.touching) - len(model.walls)):
         errors[j] = 2 * f * (1 + f) * HELD
     for j, (law, places, friction) in enumerate(_laws(model.structure)):
@@ -127,7 +127,7 @@ def _rough(model: Model) -> list[float]:
 def guards(model: Model, still: float, n_contacts: int, n_resets: int, n_rubs: int = 0) -> np.ndarray:
     """Tolerance of each contact's guards: gap, force, sliding speed; of walls' sliding speeds; else 0."""
     tolerances = np.zeros((n_contacts, 4))
-    tolerances[:, 2], play = still, rounded_gap(model)
+    tolerances[:, 2], play = still, gap_rounding(model)
     for j, (law, places, _) in enumerate(_laws(model.structure)):
         given = model.numbers[places]
         force = law.slopes(play, *given)[0] * play if law.push is None else _turning(law, given, model)

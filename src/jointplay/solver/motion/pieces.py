@@ -1,4 +1,4 @@
-"""Compiled loops run in pieces, so that Python can report and stop (motion.looks) between them.
+"""Compiled loops run in pieces, so that Python can report and stop (motion.progress) between them.
 
 While compiled code runs, no handler of a signal does, and no progress is reported. So each loop is called for
 as many attempts at a time as took `PIECE` s so far. A loop that stopped at its limit goes on where it was
@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import lru_cache
 
 from jointplay.solver.equations.structure import Linkage, Oscillator
-from jointplay.solver.motion.looks import look
+from jointplay.solver.motion.progress import tick
 
 PIECE = 0.1  # s
 FIRST, GROWTH = 64, 8  # attempts of the first piece ever; how much longer a piece may be than the one before
@@ -66,6 +66,6 @@ def in_pieces(
         pace.learn(made() - before, time.perf_counter() - began)
         if tell is not None:
             tell()
-        look()
+        tick()
         if code != unfinished or limit == most:
             return int(code)

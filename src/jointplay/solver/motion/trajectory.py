@@ -14,15 +14,15 @@ from jointplay.solver.codegen import cache
 from jointplay.solver.equations.structure import Linkage, Oscillator
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import COUNTERS, Row, Section, Status
-from jointplay.solver.motion import company, guard_tolerances
-from jointplay.solver.motion.looks import Stopped
+from jointplay.solver.motion import batching, guard_tolerances
+from jointplay.solver.motion.eligibility import exclusion, route_of
 from jointplay.solver.motion.pieces import in_pieces, pace
-from jointplay.solver.motion.ways import hindrance, way
+from jointplay.solver.motion.progress import Stopped
 
 INTERRUPTED = int(Status.INTERRUPTED)
 LOG_ROWS = 4096
 MAX_STEPS = 10**9
-SHARP = 1500.0  # tolerated errors of its speed in a turn: an acceleration in doubt; its error is below 1000
+RATE_TOLERANCE = 1500.0  # of an acceleration: errors of its speed in a turn; its own error is below 1000
 NEWTON = 0.05  # tolerance of the iteration, in units of the tolerated error
 
 
@@ -77,10 +77,10 @@ class Request:
 class Records:
     """Rows of a run: time, positions, speeds, modes, work; after (contact, kind) all but the samples.
 
-    `way` says how the motion was followed, by its place in `ways.WAYS`. Misses have the gap that is left in
-    place of a kind. `start` and `end` are rows, of the first and the last state. Doubts are beginnings of
-    steps where accelerations may be wrong (analysis.rates), after which guards fired there and the time of
-    the end.
+    `route` says how the motion was followed, by its place in `eligibility.ROUTES`. Misses have the gap that
+    is left in place of a kind. `start` and `end` are rows, of the first and the last state. `coarse` holds
+    beginnings of steps where accelerations may be wrong (analysis.rates), after which guards fired there and
+    the time of the end.
     """
 
     samples: np.ndarray
@@ -88,13 +88,13 @@ class Records:
     events: np.ndarray
     sections: np.ndarray
     misses: np.ndarray
-    doubts: np.ndarray
+    coarse: np.ndarray
     start: np.ndarray
     end: np.ndarray
     status: int
     wall_time: float
     counts: dict[str, int]
-    way: int = 0
+    route: int = 0
 
 
 def follow(model: Model, request: Request, progress: Callable[[float], None] | None = None) -> Records:
@@ -102,29 +102,29 @@ def follow(model: Model, request: Request, progress: Callable[[float], None] | N
     from jointplay.solver.method.control import FULL
     from jointplay.solver.method.memory import LOGGED, SAMPLES, SECTIONS
 
-    if (records := company.asked(model, request)) is not None:
+    if (records := batching.batched_answer(model, request)) is not None:
         return records
     began = time.perf_counter()
     prepare(model.structure)
-    k, x, o = memory(model, request)
-    start, parts, code = row(x), [], FULL
+    work, motion, options = memory(model, request)
+    start, parts, code = row(motion), [], FULL
 
     def tell() -> None:
         if progress is not None:
-            progress(_fraction(x.s[0], x.count[SECTIONS], request))
+            progress(_fraction(motion.s[0], motion.count[SECTIONS], request))
 
     while code == FULL:
         try:
-            code = advance(model.structure, k, x, o, tell=tell)
+            code = advance(model.structure, work, motion, options, tell=tell)
         except Stopped:
             code = INTERRUPTED
-        parts.append(x.log[: x.count[LOGGED]].copy())
-        x.count[LOGGED] = 0
+        parts.append(motion.log[: motion.count[LOGGED]].copy())
+        motion.count[LOGGED] = 0
     log = np.concatenate(parts)
     kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
-    samples = x.samples[: x.count[SAMPLES]]
-    went = time.perf_counter() - began, counts(x), way(hindrance(model, request))
-    return Records(samples, *kinds, start, row(x), code, *went)
+    samples = motion.samples[: motion.count[SAMPLES]]
+    went = time.perf_counter() - began, counts(motion), route_of(exclusion(model, request))
+    return Records(samples, *kinds, start, row(motion), code, *went)
 
 
 def prepare(structure: Linkage | Oscillator, loop: str = "") -> None:
@@ -136,35 +136,39 @@ def prepare(structure: Linkage | Oscillator, loop: str = "") -> None:
     functions(structure)
 
 
-def advance(structure, k, x, o, g=None, y=None, tell: Callable[[], None] | None = None) -> int:
+def advance(
+    structure, work, motion, options, derivatives=None, tangents=None, tell: Callable[[], None] | None = None
+) -> int:
     """Go on with a run, in pieces, until it ends or its log is full; give back which (method.flow).
 
-    `k`, `x`, `o` are the run's arrays and options (`memory`); `g` and `y` derivatives and tangents, if there
+    The run's arrays and options are those of `memory`; derivatives and tangents are given together, if there
     are any. `tell` is called after each piece.
     """
     from jointplay.solver.method.control import STEP_LIMIT
     from jointplay.solver.method.memory import FAILED, REJECTED, STEPS
 
-    name, vectors = (_loop(structure), 0) if y is None else ("tangents.tangent_flow", len(y.alive))
+    name, vectors = _loop(structure), 0
+    if tangents is not None:
+        name, vectors = "tangents.tangent_flow", len(tangents.alive)
     if name == "excited_flow":
-        g = 1
-    f, run, count = functions(structure), cache.method(name).flow, x.count
+        derivatives = 1
+    compiled, run, count = functions(structure), cache.method(name).flow, motion.count
 
     def call(limit: int) -> int:
-        return run(f, k, x, o._replace(max_steps=limit), g, y)
+        return run(compiled, work, motion, options._replace(max_steps=limit), derivatives, tangents)
 
     def made() -> int:
         return int(count[STEPS] + count[REJECTED] + count[FAILED])
 
-    return in_pieces(call, made, pace(structure, name, vectors), STEP_LIMIT, o.max_steps, tell)
+    return in_pieces(call, made, pace(structure, name, vectors), STEP_LIMIT, options.max_steps, tell)
 
 
-def counts(x) -> dict[str, int]:
+def counts(motion) -> dict[str, int]:
     """Counters of a run: steps, evaluations and events."""
     from jointplay.solver.method.memory import EVALUATIONS, EVENTS, FAILED, REJECTED, STEPS
 
     places = (STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS)
-    return {name: int(x.count[place]) for name, place in zip(COUNTERS, places, strict=True)}
+    return {name: int(motion.count[place]) for name, place in zip(COUNTERS, places, strict=True)}
 
 
 @lru_cache(maxsize=256)
@@ -187,8 +191,8 @@ def functions(structure: Linkage | Oscillator) -> tuple:
 
 def memory(model: Model, request: Request):
     """Work arrays, arrays of the trajectory, and options of a run."""
-    x, o = run_of(model, request)
-    return scratch(model.structure), x, o
+    motion, options = run_of(model, request)
+    return scratch(model.structure), motion, options
 
 
 def scratch(structure: Linkage | Oscillator, more: int = 0):
@@ -203,32 +207,32 @@ def scratch(structure: Linkage | Oscillator, more: int = 0):
 
 def run_of(model: Model, request: Request, log: np.ndarray | None = None):
     """Arrays of the trajectory and options of a run; `log` may be shared with others."""
-    from jointplay.solver.method.memory import ASTRAY, COLUMNS, GROWTH, LEVEL, H, Options, trajectory
+    from jointplay.solver.method.memory import COLUMNS, GROWTH, LEVEL, REBOUND_ERROR, H, Options, trajectory
 
     sizes, flags = _sizes(model.structure)
     n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
-    state, rest = np.concatenate([[0.0], model.state]), guard_tolerances.rest(model, request.rtol)
+    state, still = np.concatenate([[0.0], model.state]), guard_tolerances.speed(model, request.rtol)
     resets = sizes["resets"], sizes["rubs"]
-    x = trajectory(state, model.numbers, n_q, sizes["angles"], n_contacts, *resets)
+    motion = trajectory(state, model.numbers, n_q, sizes["angles"], n_contacts, *resets)
     width = 1 + n_q + n + n_contacts + sizes["resets"] + sizes["powers"]
-    x = x._replace(
+    motion = motion._replace(
         absolute=request.rtol * model.absolute,
         relative=request.rtol * model.relative,
         turning=model.turning.copy(),
-        margin=guard_tolerances.guards(model, rest, n_contacts, *resets),
+        margin=guard_tolerances.guards(model, still, n_contacts, *resets),
         clearance_squared=guard_tolerances.clearances_squared(model, n_contacts),
         group=_groups(model, sizes["resets"]),
         cone=guard_tolerances.cones(model),
         flags=flags.copy(),
         work=np.zeros(sizes["powers"]),
-        at=np.ascontiguousarray(request.at, dtype=float),
+        sample_times=np.ascontiguousarray(request.at, dtype=float),
         samples=np.zeros((len(request.at), width)),
         log=np.zeros((LOG_ROWS, COLUMNS + width)) if log is None else log,
     )
-    x.real[H] = 1e-5 * model.period
-    x.real[LEVEL] = request.level
-    x.real[GROWTH] = 1.0 / model.period if _excites(model.structure) else 0.0
-    x.real[ASTRAY] = guard_tolerances.astray(model, rest)
+    motion.real[H] = 1e-5 * model.period
+    motion.real[LEVEL] = request.level
+    motion.real[GROWTH] = 1.0 / model.period if _excites(model.structure) else 0.0
+    motion.real[REBOUND_ERROR] = guard_tolerances.rebound_error(model, still)
     options = Options(
         n_q=n_q,
         n=n,
@@ -237,16 +241,16 @@ def run_of(model: Model, request: Request, log: np.ndarray | None = None):
         t_end=float(request.duration),
         h_max=float(model.h_max),
         newton=NEWTON,
-        near=1e-7 * model.period,
-        rest=rest,
-        hop=guard_tolerances.rebound(model, request.rtol),
-        play=guard_tolerances.rounded_gap(model),
+        chatter_time=1e-7 * model.period,
+        speed_tolerance=still,
+        height_tolerance=guard_tolerances.height(model, request.rtol),
+        gap_rounding=guard_tolerances.gap_rounding(model),
         max_steps=request.max_steps,
         log_from=float(request.log_from),
         log_steps=int(request.steps),
         log_events=int(request.events),
         log_misses=int(request.misses),
-        sharp=SHARP / model.period if request.rates and model.links else 0.0,
+        rate_tolerance=RATE_TOLERANCE / model.period if request.rates and model.links else 0.0,
         section=_section(request),
         direction=request.direction,
         period=float(request.period),
@@ -255,7 +259,7 @@ def run_of(model: Model, request: Request, log: np.ndarray | None = None):
         skip=request.skip,
         stop_after=request.stop_after,
     )
-    return x, options
+    return motion, options
 
 
 @lru_cache(maxsize=256)
@@ -298,10 +302,10 @@ def _section(request: Request) -> int:
     return int(Section.EVENT if request.event >= 0 else Section.NONE)
 
 
-def row(x) -> np.ndarray:
+def row(motion) -> np.ndarray:
     """The state at the base point, as a record's row."""
-    n_x = len(x.absolute)
-    return np.concatenate([x.s[: 1 + n_x], x.modes, x.work])
+    n_x = len(motion.absolute)
+    return np.concatenate([motion.s[: 1 + n_x], motion.modes, motion.work])
 
 
 def _fraction(time: float, sections: int, request: Request) -> float:

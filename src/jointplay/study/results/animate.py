@@ -17,7 +17,7 @@ from jointplay.jobs.files import replaced
 from jointplay.solver.mechanism.base import Positive, accepts
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.mechanism.signature import checked
-from jointplay.solver.motion.looks import Reporter
+from jointplay.solver.motion.progress import Reporter
 from jointplay.study.results import provenance
 from jointplay.study.results.places import places
 from jointplay.study.results.store import check_writable, write_figure

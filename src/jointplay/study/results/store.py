@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.display.errors import refuse
-from jointplay.jobs.files import beside, clear_leftovers, replaced
+from jointplay.jobs.files import clear_leftovers, replaced, temporary_name
 from jointplay.jobs.interrupts import held
 from jointplay.solver.mechanism.signature import checked
 
@@ -245,7 +245,7 @@ def _prove_file(path: Path) -> None:
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, "a folder has this name")
     clear_leftovers(path)
-    probe = beside(path)
+    probe = temporary_name(path)
     try:
         probe.write_bytes(b"0")  # a full disk may still have room for a name
     finally:

@@ -8,7 +8,7 @@ from ...method.lanes import CONTACTS, FOLDS, N
 from ..cache import structure_module
 
 DRIVES = ("none", "motor", "speed", "torque")
-HINDRANCES = {  # what does not go in lanes: a word for results, and what it is
+EXCLUSIONS = {  # what does not go in lanes: a word for results, and what it is
     "no_clearance": "a linkage without clearance",
     "rigid_impacts": "impacts of rigid joints (`restitution`)",
     "bristles": "a law of friction with bristles",
@@ -23,8 +23,8 @@ HINDRANCES = {  # what does not go in lanes: a word for results, and what it is
 }
 
 
-def hindrance(structure: Linkage | Oscillator) -> str:
-    """The first of `HINDRANCES` that a structure has; empty where eight can run at once."""
+def exclusion(structure: Linkage | Oscillator) -> str:
+    """The first of `EXCLUSIONS` that a structure has; empty where eight can run at once."""
     found = _oscillator(structure) if isinstance(structure, Oscillator) else _linkage(structure)
     return next((name for name, there in found if there), "")
 

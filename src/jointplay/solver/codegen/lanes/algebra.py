@@ -40,7 +40,7 @@ def text(turning: Turning, contacts: int, jumps: int = 0, folds: int = 0, crank:
 
 
 def predict(
-    N: range, of: Blocks = STEP, smooth: str = at(rows.SMOOTH), kept: str = at(rows.JOINED)
+    N: range, of: Blocks = STEP, smooth: str = at(rows.SMOOTH), kept: str = at(rows.CONTINUES)
 ) -> list[str]:
     """The last step's polynomial beyond its end (OFFSET 1), or within it (0); else no change.
 

@@ -153,14 +153,14 @@ def _plain() -> list[str]:
         f"{at(rows.T)} + {at(rows.H)} < {at(rows.END)} * 0.99999999999999",
         f"{at(rows.CROSSED)} < 0.0",
         f"{at(rows.LEFT)} > 1.5",
-        f"max({at(rows.ODD)}, max({at(rows.PASSES)}, {at(rows.CENTRE)})) == 0.0",
+        f"max({at(rows.SPECIAL)}, max({at(rows.PASSES)}, {at(rows.CENTRE)})) == 0.0",
     ]
     lines = [f"g{k} = 1.0 if {flag} else 0.0" for k, flag in enumerate(flags)]
     lines += ["plain = " + " * ".join(f"g{k}" for k in range(len(flags)))]
     lines += [f"{at(row)} = plain" for row in (rows.PLAIN, rows.WHOLE, rows.TAKEN, rows.KEEP)]
     lines += [
-        f"{at(rows.WAS_JOINED)} = {at(rows.JOINED)}",
-        f"{at(rows.JOINED)} = 0.0",
+        f"{at(rows.CONTINUED)} = {at(rows.CONTINUES)}",
+        f"{at(rows.CONTINUES)} = 0.0",
         f"{at(rows.LATER)} = 0.0",
     ]
     return [*lines, f"{at(rows.H_NEXT)} = {at(rows.H)}"]
@@ -221,7 +221,7 @@ def _control(turning: Turning) -> list[str]:
         "ratio = ratio * ratio",
         f"again = error * error / {at(rows.ERROR_BEFORE)} * ratio * ratio * ratio",
         f"again = again if {at(rows.REJECTION)} == 0.0 else 0.0",
-        f"slow = {SLOW!r} * {at(rows.SIZE)} if {at(rows.WAS_JOINED)} == 0.0 else 0.0",
+        f"slow = {SLOW!r} * {at(rows.SIZE)} if {at(rows.CONTINUED)} == 0.0 else 0.0",
         "r2 = sqrt(min(max(max(error, again), slow), 1e30))",
         "r4 = sqrt(r2)",
         "r8 = sqrt(r4)",
@@ -229,7 +229,7 @@ def _control(turning: Turning) -> list[str]:
         "r32 = sqrt(r16)",
         "r64 = sqrt(r32)",
         f"factor = {SAFETY!r} / (r8 * r32 * sqrt(r64))",
-        f"most = {AGAIN!r} if {at(rows.WAS_JOINED)} > 0.0 else 6.0",
+        f"most = {AGAIN!r} if {at(rows.CONTINUED)} > 0.0 else 6.0",
         "new = min(h * min(max(factor, 0.2), most), limit)",
     ]
     lines += _served()
@@ -239,13 +239,13 @@ def _control(turning: Turning) -> list[str]:
         rows.H_BEFORE: "h",
         rows.ERROR_BEFORE: "max(error, 1e-2)",
         rows.REJECTION: "0.0",
-        rows.ODD: "0.0",
+        rows.SPECIAL: "0.0",
         rows.OFFSET: "1.0",
         rows.SMOOTH: "1.0",
     }
     for row, value in changed.items():
         lines += choose(at(row), value, "whole > 0.0")
-    fast = f"max({at(rows.SWIFT)}, {_largest(rows.Y, turning)})"
+    fast = f"max({at(rows.TURN_SPEED)}, {_largest(rows.Y, turning)})"
     lines += [
         f"new = bounded({at(rows.H_CONTROL)}, {fast}, {MAX_TURN!r}, {at(rows.END)} - ({at(rows.T)} + h))",
         *choose(at(rows.H_NEXT), "new", "whole > 0.0"),

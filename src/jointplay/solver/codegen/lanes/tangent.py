@@ -40,7 +40,7 @@ def text(n: int) -> str:
     parts = {"start": _start(N), "vary": _vary(N), "improve": _improve(N), "judge": _judge(N)}
     parts |= {"settle": _settle(N), "base": lanes(*_slopes(N, BASE, at(rows.NEW_SLOPES), "new"), *_known())}
     bodies = [function(name, lines) for name, lines in parts.items()]
-    kept = [lanes(*_slopes(N, 1 + j, at(rows.WITHIN), "old")) for j in S]
+    kept = [lanes(*_slopes(N, 1 + j, at(rows.STASHED), "old")) for j in S]
     staged = {"point": [lanes(*fetch(n, j)) for j in S], "keep": kept}
     bodies += [_by_stage(name, each) for name, each in staged.items()]
     return HEADER + "\n\n" + "\n\n\n".join(bodies) + "\n"
@@ -96,11 +96,11 @@ def _tangent(N: range) -> list[str]:
 
 def _start(N: range) -> list[str]:
     follows = f"min({at(rows.SMOOTH)}, {at(rows.FOLLOWS)})"
-    out = predict(N, TANGENT, follows, at(rows.WITHIN))
+    out = predict(N, TANGENT, follows, at(rows.STASHED))
     flags = [
         f"solved({at(rows.SIZE)}, {at(rows.SIZE_BEFORE)}, {at(rows.TURNED)})",
-        f"min({at(rows.ERROR)}, 2.0 - {at(rows.ODD)} * 2.0) < 1.0",
-        f"{at(rows.WITHIN)} == 0.0",
+        f"min({at(rows.ERROR)}, 2.0 - {at(rows.SPECIAL)} * 2.0) < 1.0",
+        f"{at(rows.STASHED)} == 0.0",
     ]
     lines = [*_tangent(N), f"{at(rows.D_LENGTH)} = sqrt({_size(N, 'd', 'v')})"]
     lines += [f"g{n} = 1.0 if {flag} else 0.0" for n, flag in enumerate(flags)]
@@ -161,14 +161,14 @@ def _judge(N: range) -> list[str]:
     lines += [f"nv{k} = v{k} + {stage(rows.D_Z, END - 1, k)}" for k in N]
     traces = [" + ".join(_slope(1 + j, k, rows.N + k) for k in N) for j in S]
     lines += [f"gain = h * ({total(A[END - 1], (f'({trace})' for trace in traces))})"]
-    lines += choose(at(rows.GAIN), "gain", f"{at(rows.WITHIN)} == 0.0")
+    lines += choose(at(rows.GAIN), "gain", f"{at(rows.STASHED)} == 0.0")
     plain = [at(row) for row in (rows.PLAIN, rows.WHOLE, rows.TAKEN, rows.KEEP)]
     return lanes(
         *lines,
         f"end = sqrt({_size(N, 'nd', 'nv')})",
         f"error = sqrt(({_size(N, 'eq', 'ez')}) * {1 / (2 * len(N))!r})",
         f"error = error / ({at(rows.D_LIMIT)} * min({at(rows.D_LENGTH)}, end) + 1e-300)",
-        f"strained, within = {at(rows.STRAINED)}, {at(rows.WITHIN)}",
+        f"strained, within = {at(rows.STRAINED)}, {at(rows.STASHED)}",
         f"error = {REPEAT!r} if strained > 0.0 else error",
         "error = error if within == 0.0 else 0.0",
         f"{at(rows.ERROR)} = max({at(rows.ERROR)}, error)",

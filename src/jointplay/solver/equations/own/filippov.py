@@ -46,19 +46,18 @@ def sliding(
         If rates are not straight in what slides, or the switch does not change its guard's rate.
     """
     given, forces = structure.switches[i], set(map(held, structure.switches))
-    way = tuple(-rate.diff(held(given)) for rate in rates)
+    along = tuple(-rate.diff(held(given)) for rate in rates)
     straight = f"a rate that is straight in all that slides is accepted, as in {given.name}"
     problems = [
         Problem(f"rates.{name}", text, straight)
-        for name, text, entry in zip(structure.speeds, structure.rates, way, strict=True)
+        for name, text, entry in zip(structure.speeds, structure.rates, along, strict=True)
         if entry.free_symbols & forces
     ]
-    if not structure.mass and sum(a * b for a, b in zip(row, way, strict=True)) == 0:
+    if not structure.mass and sum(a * b for a, b in zip(row, along, strict=True)) == 0:
         accepted = "a guard whose own rate the switch changes is accepted: else nothing could keep it at 0"
         problems.append(Problem(f"switches[{i}].on", given.on, accepted))
     if problems:
         raise InputError(problems)
-    still = (_NONE,) * len(way)
-    return Contact(
-        given.name, _ONE, _NONE, _ONE, still, v_t=guard, tangential=row, coulomb=_ONE, limit=_ONE, way=way
-    )
+    still = (_NONE,) * len(along)
+    friction = {"v_t": guard, "tangential": row, "coulomb": _ONE, "limit": _ONE, "acts_along": along}
+    return Contact(given.name, _ONE, _NONE, _ONE, still, **friction)

@@ -8,16 +8,17 @@ from .memory import PART
 
 
 @inner
-def approaches(f, e, j, i):
+def approaches(functions, lanes, jobs, i):
     """Log closest approaches of open gaps in the step that is taken, up to its end (method.record)."""
-    w, job = e.w, e.whole[8 * rows.JOB + i]
-    k, x, o = work_at(j.k, 0), trajectory_at(j.x, job), options_at(j.o, job)
-    gather(e, j, x, i)
-    gather_guards(e, k, o, len(x.fired), i)
-    gather_step(e, k, o, i)
+    w, job = lanes.w, lanes.whole[8 * rows.JOB + i]
+    work, options = work_at(jobs.work, 0), options_at(jobs.options, job)
+    motion = trajectory_at(jobs.motions, job)
+    gather(lanes, jobs, motion, i)
+    gather_guards(lanes, work, options, len(motion.fired), i)
+    gather_step(lanes, work, options, i)
     h = w[8 * rows.H + i]
-    closest_approaches(k, x, o, h, 1.0 + w[8 * rows.LATER + i] / h)
-    signed(j, x, job)
+    closest_approaches(work, motion, options, h, 1.0 + w[8 * rows.LATER + i] / h)
+    signed(jobs, motion, job)
 
 
 UNIT = {"approaches": PART}

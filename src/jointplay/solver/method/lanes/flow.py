@@ -15,102 +15,103 @@ from .tangent import base_slopes, before_event, carry, jump, lay_down, renew, ta
 
 
 @inlined
-def _refill(f, parts, e, j, y):
+def _refill(functions, parts, lanes, jobs, tangents):
     """Fill free lanes with waiting trajectories; the number of running lanes, and whether any is new."""
     running, new = 0, False
     for i in range(8):
-        if e.whole[8 * rows.JOB + i] < 0 and j.place[rows.NEXT] < len(j.status):
-            e.whole[8 * rows.JOB + i] = j.place[rows.NEXT]
-            parts.enter(f, e, j, i)
-            if y is not None:
-                take_up(e, j, y, i)
-            j.place[rows.NEXT] += 1
+        if lanes.whole[8 * rows.JOB + i] < 0 and jobs.place[rows.NEXT] < len(jobs.status):
+            lanes.whole[8 * rows.JOB + i] = jobs.place[rows.NEXT]
+            parts.enter(functions, lanes, jobs, i)
+            if tangents is not None:
+                take_up(lanes, jobs, tangents, i)
+            jobs.place[rows.NEXT] += 1
             new = True
-        if e.whole[8 * rows.JOB + i] >= 0:
+        if lanes.whole[8 * rows.JOB + i] >= 0:
             running += 1
     return running, new
 
 
 @inlined
-def _attempt(g, w):
+def _attempt(vectorised, w):
     """One attempt of every lane: three updates, which nearly all need; the rest go on in the next."""
-    g.predict(w)
-    g.jacobian(w)
-    g.factor(w)
+    vectorised.predict(w)
+    vectorised.jacobian(w)
+    vectorised.factor(w)
     for _ in range(rows.UPDATES):
-        g.rates(w)
-        g.solve(w)
-    g.finish(w)
-    g.judge(w)
+        vectorised.rates(w)
+        vectorised.solve(w)
+    vectorised.finish(w)
+    vectorised.judge(w)
 
 
 @inner
-def run(f, parts, g, e, j, v, y, t):
+def run(functions, parts, vectorised, lanes, jobs, derivatives, tangents, frame):
     """Run until all trajectories are done (OK), or the log is full, or it is time for a pause (FULL).
 
-    Then empty the log, set the next pause and call again. With tangents y, functions v that carry them and
-    a frame t, these go along (lanes.tangent_flow); where all are None, nothing of that is compiled.
+    Then empty the log, set the next pause and call again. With tangents, derivatives that carry them and a
+    frame, these go along (lanes.tangent_flow); where all are None, nothing of that is compiled.
     """
-    w, ended = e.w, True
+    w, ended = lanes.w, True
     while True:
         if ended:
             ended = False
-            running, new = _refill(f, parts, e, j, y)
+            running, new = _refill(functions, parts, lanes, jobs, tangents)
             if running == 0:
                 return OK
             if new:
-                g.prepare(w)
-                g.base(w)
-                if y is not None:
-                    base_slopes(g, v, w)
-                    _renew(e, y, t)
-        if j.place[rows.LOGGED] + rows.ROOM > len(j.log) or j.place[rows.PASSED_BY] >= j.place[rows.PAUSE]:
+                vectorised.prepare(w)
+                vectorised.base(w)
+                if tangents is not None:
+                    base_slopes(vectorised, derivatives, w)
+                    _renew(lanes, tangents, frame)
+        place = jobs.place
+        if place[rows.LOGGED] + rows.ROOM > len(jobs.log) or place[rows.PASSED_BY] >= place[rows.PAUSE]:
             return FULL
-        if y is not None and y.count[0] + tangent.ROOM > len(y.rows):
+        if tangents is not None and tangents.count[0] + tangent.ROOM > len(tangents.rows):
             return FULL
-        _attempt(g, w)
-        if y is not None:
-            carry(g, v, w)
-        j.place[rows.PASSED_BY] += 1
+        _attempt(vectorised, w)
+        if tangents is not None:
+            carry(vectorised, derivatives, w)
+        jobs.place[rows.PASSED_BY] += 1
         odd, events = 0, 0
         for i in range(8):
-            if w[8 * rows.PLAIN + i] == 0.0 and e.whole[8 * rows.JOB + i] >= 0:
+            if w[8 * rows.PLAIN + i] == 0.0 and lanes.whole[8 * rows.JOB + i] >= 0:
                 odd |= 1 << i
-                parts.special(f, e, j, i)
-                events |= e.whole[8 * rows.MEETS + i] << i
+                parts.special(functions, lanes, jobs, i)
+                events |= lanes.whole[8 * rows.EVENT_FOLLOWS + i] << i
                 if w[8 * rows.TAKEN + i] > 0.0 and w[8 * rows.PASSES + i] > 0.0:
-                    parts.approaches(f, e, j, i)
-        if y is not None:
-            v.settle(w)
-        g.settle(w)
+                    parts.approaches(functions, lanes, jobs, i)
+        if tangents is not None:
+            derivatives.settle(w)
+        vectorised.settle(w)
         if events:
             for i in range(8):
                 if events >> i & 1:
-                    if y is not None:
-                        before_event(f, v, e, j, y, i)
-                    parts.event(f, e, j, i)
-            g.base(w)
-            if y is not None:
-                base_slopes(g, v, w)
+                    if tangents is not None:
+                        before_event(functions, derivatives, lanes, jobs, tangents, i)
+                    parts.event(functions, lanes, jobs, i)
+            vectorised.base(w)
+            if tangents is not None:
+                base_slopes(vectorised, derivatives, w)
                 for i in range(8):
                     if events >> i & 1:
-                        jump(e, j, y, t, i)
-        if y is not None:
-            _renew(e, y, t)
+                        jump(lanes, jobs, tangents, frame, i)
+        if tangents is not None:
+            _renew(lanes, tangents, frame)
         for i in range(8):
-            if odd >> i & 1 and ends(e, j, i):
-                if y is not None:
-                    lay_down(e, y, t, i)
-                parts.leave(f, e, j, i)
+            if odd >> i & 1 and ends(lanes, jobs, i):
+                if tangents is not None:
+                    lay_down(lanes, tangents, frame, i)
+                parts.leave(functions, lanes, jobs, i)
                 ended = True
 
 
 @inlined
-def _renew(e, y, t):
+def _renew(lanes, tangents, frame):
     """See to the tangents where something is due."""
     for i in range(8):
-        if e.w[8 * rows.DUE + i] > 0.0 and e.whole[8 * rows.JOB + i] >= 0:
-            renew(e, y, t, i)
+        if lanes.w[8 * rows.DUE + i] > 0.0 and lanes.whole[8 * rows.JOB + i] >= 0:
+            renew(lanes, tangents, frame, i)
 
 
 flow = run

@@ -25,15 +25,25 @@ def _blocks(first: int, count: int, size: int = 1) -> range:
     return range(first, first + count * size + 1, size)
 
 
-# One row each. Time and lengths: of this attempt, the next, the last step; what the control proposes …
+# One row each. Time; the run's end; lengths of this attempt, of the next, of the step that PAST is of, of the
+# last whole one; what the control proposes; the longest since a failure; how far the base point goes beyond
+# the step's end …
 T, END, H, H_NEXT, H_PAST, H_BEFORE, H_CONTROL, H_LIMIT, LATER, _next = _blocks(0, 9)
-# … tolerances; sizes of updates; errors; largest turn of an angle; how low guards go; past the section
+# … tolerance; sizes of this update and of the one before; errors of this attempt and of the last whole step;
+# largest turn of an angle; how low guards go beyond their levels; how far the section's is passed …
 TOLERANCE, SIZE, SIZE_BEFORE, ERROR, ERROR_BEFORE, TURNED, LOW, CROSSED, _next = _blocks(_next, 8)
-# … the section; attempts made and left; speed of an angle by which the longest step is bounded
-AHEAD, DIRECTION, STEPS, LEFT, SWIFT, _next = _blocks(_next, 5)
-# … what is so (1) or not (0): of an attempt's start, of its iteration, of its end, of what is done with it
-OFFSET, SMOOTH, NEW, VARIANT, MISSES, JOINED, WAS_JOINED, REJECTION, ODD, _next = _blocks(_next, 9)
-PASSES, CENTRE, PLAIN, WHOLE, TAKEN, KEEP, WITHIN, _next = _blocks(_next, 7)
+# … the section's level and direction; steps made; attempts left; a speed of an angle that bounds the step …
+AHEAD, DIRECTION, STEPS, LEFT, TURN_SPEED, _next = _blocks(_next, 5)
+# … what is so (1) or not (0) as an attempt begins: stages are extrapolated from PAST, and from its end; the
+# base point is new; a contact touches; closest approaches are recorded …
+SMOOTH, OFFSET, NEW, VARIANT, MISSES, _next = _blocks(_next, 5)
+# … its iteration goes on in the next attempt; it went on from the last; one was rejected since a whole step;
+# the attempt goes through `attempts` whatever comes …
+CONTINUES, CONTINUED, REJECTION, SPECIAL, _next = _blocks(_next, 4)
+# … as it ends: a gap has a closest approach; how near a dead centre is (events.AWAY, …); it is plain; it is a
+# whole step, which the control judges; the base point goes to its end; its increments become PAST; a step is
+# stashed, in which it looks for the section
+PASSES, CENTRE, PLAIN, WHOLE, TAKEN, KEEP, STASHED, _next = _blocks(_next, 7)
 H_VARIANT, _next = _blocks(_next, 1, 2)  # lengths that served last in flight and in contact
 CLEARANCE_SQUARED, CONE, MEMORY, _next = _blocks(_next, 3, CONTACTS)  # the cone's margin over F_n; v_0
 MASK, _next = _blocks(_next, 1, 3 * CONTACTS)  # touch, slip, stick
@@ -60,9 +70,12 @@ NEXT, LOGGED, PASSED_BY, PAUSE, PLACES = range(5)
 ASIDE = -1  # status of a trajectory that rests on a wall, or is at a dead centre: to be followed by itself
 ROOM = 8 * (3 * CONTACTS + 2)  # log rows that one pass may need: in each lane approaches, an event, a section
 
-# Places in Lanes.whole, rows of eight
-JOB, PHASE, AT, MEETS, FRESH, TRIES, SINCE, LANE_WHOLES = range(8)  # MEETS: 1, an event follows
-# Places in Lanes.real
+# Places in Lanes.whole, rows of eight: the trajectory's number, -1 of none; phase (attempts.STEPPING, …); the
+# guard whose root is sought; whether an event follows the step; whether it is the first after an event;
+# attempts at the root; the pass before the first
+JOB, PHASE, AT, EVENT_FOLLOWS, FRESH, TRIES, SINCE, LANE_WHOLES = range(8)
+# Places in Lanes.real: length of the step in which a root or the section is sought; LATER of the step that is
+# stashed; the level whose crossing is sought
 LENGTH, DELTA, LEVEL, LANE_REALS = range(4)
 
 

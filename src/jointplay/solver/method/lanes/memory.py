@@ -1,15 +1,17 @@
 """Arrays of a run over an ensemble, allocated; and their types, with which its parts are compiled.
 
-In all of the lanes' method the same letters stand for
+In all of the lanes' method the same words stand for
 
-    f   functions of the structure at a point, as one trajectory has them (interface.Functions)
-    g   functions of eight lanes (layout.Functions), v those that carry tangents (layout.Variations)
-    e   Lanes: the state of eight lanes, i the number of one
-    j   Jobs: trajectories that wait, run, and are done
-    y   Tangents: of these (tangent.Tangents); None: there are none
-    t   a frame as one trajectory has it (tangents.tangent.Tangents): scratch of the former
+    functions    of the structure at a point, as one trajectory has them (interface.Functions)
+    vectorised   functions of eight lanes (layout.Functions)
+    derivatives  functions of eight lanes that carry tangents (layout.Variations); None: none are carried
+    lanes        the state of eight lanes (Lanes), i the number of one
+    jobs         trajectories that wait, run, and are done (Jobs)
+    tangents     of these (tangent.Tangents); None: there are none
+    frame        of tangents as one trajectory has it (tangents.tangent.Tangents): scratch
 
-and k, x, o for what a trajectory by itself has (method.memory), with which the plain functions are called.
+and work, motion, options for what a trajectory by itself has (method.memory), with which the plain functions
+are called.
 """
 
 from typing import NamedTuple
@@ -28,9 +30,9 @@ class Jobs(NamedTuple):
     trajectory's number.
     """
 
-    k: np.ndarray
-    x: np.ndarray
-    o: np.ndarray
+    work: np.ndarray
+    motions: np.ndarray
+    options: np.ndarray
     phases: np.ndarray  # of each trajectory at its start: phases, then their rates
     status: np.ndarray
     start: np.ndarray  # rows: time, state, modes
@@ -75,7 +77,7 @@ def lanes(size: int, turning: np.ndarray, crank: int, memories: int, sizes: dict
     Sections cut the position `crank`; `sizes` are those of the structure's module.
     """
     n = len(turning)
-    e = Lanes(
+    made = Lanes(
         n=n,
         memories=memories,
         phases=n + memories - sizes["speeds"],
@@ -87,11 +89,11 @@ def lanes(size: int, turning: np.ndarray, crank: int, memories: int, sizes: dict
         real=np.zeros(8 * rows.LANE_REALS),
         stash=lane_rows(rows.STEP_END),
     )
-    e.whole[8 * rows.JOB : 8 * rows.JOB + 8] = -1
-    return e
+    made.whole[8 * rows.JOB : 8 * rows.JOB + 8] = -1
+    return made
 
 
-def nothing(f, e, j, i):
+def nothing(functions, lanes, jobs, i):
     """Do nothing, and never be called: in the place of a part that is not needed."""
 
 
@@ -102,7 +104,7 @@ TABLE, TWO_AXES, WHOLE = Array(INT, 2), Array(axes=2), Array(INT)
 JOBS = Record(
     Jobs,
     {
-        **dict.fromkeys(("k", "x", "o"), TABLE),
+        **dict.fromkeys(("work", "motions", "options"), TABLE),
         **dict.fromkeys(("phases", "start", "log"), TWO_AXES),
         **dict.fromkeys(("status", "place"), WHOLE),
     },

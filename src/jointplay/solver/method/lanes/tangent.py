@@ -12,7 +12,7 @@ import numpy as np
 
 from ..interface import inlined, inner, trajectory_at
 from ..modes import mask
-from ..tangents.frame import orthonormalise
+from ..tangents.frame import orthonormal
 from ..tangents.saltation import stuck, through
 from ..tangents.tangent import GRAZING, NEUTRAL, SALTATION, VOLUME
 from ..tangents.tangent import tangents as of_one
@@ -62,46 +62,45 @@ def tangents(frame: np.ndarray, scale: np.ndarray, real: np.ndarray, n_rows: int
 
 def frame(n_x: int):
     """Scratch: the frame of a motion's rate and one tangent, as one trajectory has it."""
-    t = of_one(np.zeros((2, n_x)), np.ones(n_x), n_x // 2, 1, 1)
-    t.count[SALTATION] = t.count[NEUTRAL] = 1
-    return t
+    frame = of_one(np.zeros((2, n_x)), np.ones(n_x), n_x // 2, 1, 1)
+    frame.count[SALTATION] = frame.count[NEUTRAL] = 1
+    return frame
 
 
 @inner
-def take_up(e, j, y, i):
+def take_up(lanes, jobs, tangents, i):
     """Begin the tangent of a trajectory that has just entered a lane."""
-    w, job = e.w, e.whole[8 * rows.JOB + i]
-    for r in range(e.n):
-        w[8 * (rows.D_POSITION + r) + i], w[8 * (rows.D_SPEED + r) + i] = (
-            y.frame[job, r],
-            y.frame[job, e.n + r],
-        )
-        w[8 * (rows.WEIGHT_POSITION + r) + i] = y.weight[job, r]
-        w[8 * (rows.WEIGHT + r) + i] = y.weight[job, e.n + r]
-    w[8 * rows.D_TOLERANCE + i], w[8 * rows.D_LIMIT + i] = y.real[job, Y_TOLERANCE], y.real[job, Y_LIMIT]
-    w[8 * rows.NEXT_ROW + i] = y.real[job, Y_BEGIN]
+    w, job = lanes.w, lanes.whole[8 * rows.JOB + i]
+    for r in range(lanes.n):
+        w[8 * (rows.D_POSITION + r) + i] = tangents.frame[job, r]
+        w[8 * (rows.D_SPEED + r) + i] = tangents.frame[job, lanes.n + r]
+        w[8 * (rows.WEIGHT_POSITION + r) + i] = tangents.weight[job, r]
+        w[8 * (rows.WEIGHT + r) + i] = tangents.weight[job, lanes.n + r]
+    w[8 * rows.D_TOLERANCE + i] = tangents.real[job, Y_TOLERANCE]
+    w[8 * rows.D_LIMIT + i] = tangents.real[job, Y_LIMIT]
+    w[8 * rows.NEXT_ROW + i] = tangents.real[job, Y_BEGIN]
     w[8 * rows.DUE + i], w[8 * rows.NEW_SLOPES + i] = 2.0, 1.0
-    y.logs[i] = y.volume[i] = 0.0
-    y.last[i] = -1.0
+    tangents.logs[i] = tangents.volume[i] = 0.0
+    tangents.last[i] = -1.0
 
 
 @inlined
-def carry(g, v, w):
+def carry(vectorised, derivatives, w):
     """Solve for the tangents of all steps that may be accepted, and judge them too."""
-    v.start(w)
+    derivatives.start(w)
     if not _any(w, rows.ACTIVE):
-        v.judge(w)
+        derivatives.judge(w)
         return
     for s in range(STAGES):
-        v.point(w, s)
-        g.jacobian(w)
-        v.keep(w, s)
+        derivatives.point(w, s)
+        vectorised.jacobian(w)
+        derivatives.keep(w, s)
     for _ in range(MOST):
-        v.vary(w)
-        v.improve(w)
+        derivatives.vary(w)
+        derivatives.improve(w)
         if not _any(w, rows.ACTIVE):
             break
-    v.judge(w)
+    derivatives.judge(w)
 
 
 @inner
@@ -114,107 +113,108 @@ def _any(w, row):
 
 
 @inlined
-def base_slopes(g, v, w):
+def base_slopes(vectorised, derivatives, w):
     """Slopes at the base points that are new; X and Y are at the base."""
-    g.jacobian(w)
-    v.base(w)
+    vectorised.jacobian(w)
+    derivatives.base(w)
 
 
 @inner
-def before_event(f, v, e, j, y, i):
+def before_event(functions, derivatives, lanes, jobs, tangents, i):
     """Note the values before an event that the jump of the tangent needs."""
-    w, guard, x = e.w, e.whole[8 * rows.AT + i], trajectory_at(j.x, e.whole[8 * rows.JOB + i])
-    gather(e, j, x, i)
-    f.trig(x.s, x.p)
-    for r in range(e.n if w[8 * rows.TAKEN + i] == 0.0 else 0):  # another event at the same place
+    w, guard = lanes.w, lanes.whole[8 * rows.AT + i]
+    motion = trajectory_at(jobs.motions, lanes.whole[8 * rows.JOB + i])
+    gather(lanes, jobs, motion, i)
+    functions.trig(motion.s, motion.p)
+    for r in range(lanes.n if w[8 * rows.TAKEN + i] == 0.0 else 0):  # another event at the same place
         w[8 * (rows.RATE_BEFORE + r) + i] = w[8 * (rows.ACCELERATION + r) + i]
-    mask(x.modes, x.m)
-    v.gradient(guard, x.s, x.p, x.m, y.gradient[i])
-    y.stuck[i] = stuck(x.modes)
+    mask(motion.modes, motion.m)
+    derivatives.gradient(guard, motion.s, motion.p, motion.m, tangents.gradient[i])
+    tangents.stuck[i] = stuck(motion.modes)
     w[8 * rows.NEW_SLOPES + i] = 1.0
 
 
 @inner
-def _frame(e, y, t, i):
+def _write_frame(lanes, tangents, frame, i):
     """Write the rate and the tangent of a lane, as a frame of one trajectory."""
-    w, n, job = e.w, e.n, e.whole[8 * rows.JOB + i]
+    w, n, job = lanes.w, lanes.n, lanes.whole[8 * rows.JOB + i]
     second = 2 + 2 * n
     for r in range(n):
-        t.d[1 + r], t.d[1 + n + r] = w[8 * (rows.SPEED + r) + i], w[8 * (rows.ACCELERATION + r) + i]
-        t.d[second + r] = w[8 * (rows.D_POSITION + r) + i]
-        t.d[second + n + r] = w[8 * (rows.D_SPEED + r) + i]
+        frame.d[1 + r], frame.d[1 + n + r] = w[8 * (rows.SPEED + r) + i], w[8 * (rows.ACCELERATION + r) + i]
+        frame.d[second + r] = w[8 * (rows.D_POSITION + r) + i]
+        frame.d[second + n + r] = w[8 * (rows.D_SPEED + r) + i]
     for r in range(2 * n):
-        t.weight[r] = y.weight[job, r]
+        frame.weight[r] = tangents.weight[job, r]
     for m in range(2):
-        t.alive[m], t.logs[m] = 1, 0.0
+        frame.alive[m], frame.logs[m] = 1, 0.0
 
 
 @inner
-def _orthonormal(e, y, t, i):
-    """Write that frame made orthonormal; logarithms of its lengths are in `t.logs`."""
-    _frame(e, y, t, i)
-    orthonormalise(t.d, 1 + 2 * e.n, t.weight, t.alive, t.norms, t.logs, 0.0)
+def _orthonormal(lanes, tangents, frame, i):
+    """Write that frame made orthonormal; logarithms of its lengths are in `frame.logs`."""
+    _write_frame(lanes, tangents, frame, i)
+    orthonormal(frame, 1 + 2 * lanes.n, 0.0)
 
 
 @inner
-def _take(e, y, t, i):
+def _take(lanes, tangents, frame, i):
     """Write the tangent of a frame back to the lane, and add up its growth."""
-    w, n, second = e.w, e.n, 2 + 2 * e.n
+    w, n, second = lanes.w, lanes.n, 2 + 2 * lanes.n
     for r in range(n):
-        w[8 * (rows.D_POSITION + r) + i] = t.d[second + r]
-        w[8 * (rows.D_SPEED + r) + i] = t.d[second + n + r]
+        w[8 * (rows.D_POSITION + r) + i] = frame.d[second + r]
+        w[8 * (rows.D_SPEED + r) + i] = frame.d[second + n + r]
     w[8 * rows.FOLLOWS + i] = 0.0
-    y.logs[i] += t.logs[1]
+    tangents.logs[i] += frame.logs[1]
 
 
 @inner
-def jump(e, j, y, t, i):
+def jump(lanes, jobs, tangents, frame, i):
     """Take the tangent of a lane through an event that has just been handled."""
-    w, n, job = e.w, e.n, e.whole[8 * rows.JOB + i]
-    _frame(e, y, t, i)
+    w, n, job = lanes.w, lanes.n, lanes.whole[8 * rows.JOB + i]
+    _write_frame(lanes, tangents, frame, i)
     for r in range(n):
-        t.before[r] = t.after[r] = w[8 * (rows.SPEED + r) + i]
-        t.before[n + r] = w[8 * (rows.RATE_BEFORE + r) + i]
-        t.after[n + r] = w[8 * (rows.ACCELERATION + r) + i]
+        frame.before[r] = frame.after[r] = w[8 * (rows.SPEED + r) + i]
+        frame.before[n + r] = w[8 * (rows.RATE_BEFORE + r) + i]
+        frame.after[n + r] = w[8 * (rows.ACCELERATION + r) + i]
     for r in range(1 + 2 * n):
-        t.gradient[r] = y.gradient[i, r]
-    t.real[GRAZING], t.real[VOLUME] = y.grazing[job], y.volume[i]
-    lossy = stuck(trajectory_at(j.x, job).modes) > y.stuck[i]
-    if through(t, n, 2 * n, False, lossy):
-        _take(e, y, t, i)
-    y.grazing[job], y.volume[i] = t.real[GRAZING], t.real[VOLUME]
+        frame.gradient[r] = tangents.gradient[i, r]
+    frame.real[GRAZING], frame.real[VOLUME] = tangents.grazing[job], tangents.volume[i]
+    lossy = stuck(trajectory_at(jobs.motions, job).modes) > tangents.stuck[i]
+    if through(frame, n, 2 * n, False, lossy):
+        _take(lanes, tangents, frame, i)
+    tangents.grazing[job], tangents.volume[i] = frame.real[GRAZING], frame.real[VOLUME]
 
 
 @inner
-def renew(e, y, t, i):
+def renew(lanes, tangents, frame, i):
     """Record a row if one is due; remove the part along the rate where it hides the rest."""
-    w = e.w
-    _orthonormal(e, y, t, i)
+    w = lanes.w
+    _orthonormal(lanes, tangents, frame, i)
     if w[8 * rows.T + i] >= w[8 * rows.NEXT_ROW + i]:
-        _note(e, y, t, i)
+        _note(lanes, tangents, frame, i)
         while w[8 * rows.T + i] >= w[8 * rows.NEXT_ROW + i]:
-            w[8 * rows.NEXT_ROW + i] += y.real[e.whole[8 * rows.JOB + i], Y_BLOCK]
-    if w[8 * rows.DUE + i] > 1.0 and t.alive[1]:
-        _take(e, y, t, i)
+            w[8 * rows.NEXT_ROW + i] += tangents.real[lanes.whole[8 * rows.JOB + i], Y_BLOCK]
+    if w[8 * rows.DUE + i] > 1.0 and frame.alive[1]:
+        _take(lanes, tangents, frame, i)
     w[8 * rows.DUE + i] = 0.0
 
 
 @inner
-def _note(e, y, t, i):
+def _note(lanes, tangents, frame, i):
     """Add a row as of method.tangents.tangent, then the trajectory's number."""
-    w, row = e.w, y.rows[y.count[0]]
-    row[0], row[1], row[2], row[3] = w[8 * rows.T + i], w[8 * rows.TRACE + i], y.volume[i], 0.0
-    row[4], row[5] = t.logs[0], y.logs[i] + t.logs[1]
-    for r in range(e.n):
-        row[6 + r], row[6 + e.n + r] = w[8 * (rows.POSITION + r) + i], w[8 * (rows.SPEED + r) + i]
-    row[6 + 2 * e.n] = e.whole[8 * rows.JOB + i]
-    y.last[i] = w[8 * rows.T + i]
-    y.count[0] += 1
+    w, row = lanes.w, tangents.rows[tangents.count[0]]
+    row[0], row[1], row[2], row[3] = w[8 * rows.T + i], w[8 * rows.TRACE + i], tangents.volume[i], 0.0
+    row[4], row[5] = frame.logs[0], tangents.logs[i] + frame.logs[1]
+    for r in range(lanes.n):
+        row[6 + r], row[6 + lanes.n + r] = w[8 * (rows.POSITION + r) + i], w[8 * (rows.SPEED + r) + i]
+    row[6 + 2 * lanes.n] = lanes.whole[8 * rows.JOB + i]
+    tangents.last[i] = w[8 * rows.T + i]
+    tangents.count[0] += 1
 
 
 @inner
-def lay_down(e, y, t, i):
+def lay_down(lanes, tangents, frame, i):
     """Record where a trajectory has ended."""
-    if e.w[8 * rows.T + i] > y.last[i] >= 0.0:
-        _orthonormal(e, y, t, i)
-        _note(e, y, t, i)
+    if lanes.w[8 * rows.T + i] > tangents.last[i] >= 0.0:
+        _orthonormal(lanes, tangents, frame, i)
+        _note(lanes, tangents, frame, i)

@@ -67,6 +67,13 @@ def orthonormalise(d, width, weight, alive, norms, logs, lossy):
 
 
 @inner
+def orthonormal(tangents, width, lossy):
+    """Make the frame of tangents orthonormal (`orthonormalise`)."""
+    d, weight, alive = tangents.d, tangents.weight, tangents.alive
+    orthonormalise(d, width, weight, alive, tangents.norms, tangents.logs, lossy)
+
+
+@inner
 def determinant(S, n):
     """Determinant of the n by n matrix in S, row by row; S is spent."""
     found = 1.0
@@ -90,20 +97,20 @@ def determinant(S, n):
 
 
 @inner
-def size_of(y, d, at):
+def size_of(tangents, d, at):
     """Largest component of a tangent, at the piece's begin or end, in units of the scales."""
     size = 0.0
-    for r in range(len(y.weight)):
-        begin, end = d[1 + r], d[1 + r] + y.w[at + 8 * r + 6]
-        size = max(size, abs(y.weight[r] * begin), abs(y.weight[r] * end))
+    for r in range(len(tangents.weight)):
+        begin, end = d[1 + r], d[1 + r] + tangents.w[at + 8 * r + 6]
+        size = max(size, abs(tangents.weight[r] * begin), abs(tangents.weight[r] * end))
     return size
 
 
 @inlined
-def add_works(g, y, d, i, h):
+def add_works(derivatives, tangents, d, i, h):
     """Integrals of the powers' derivatives in the piece, of the i-th tangent."""
-    n_w = len(y.powers) // 2
+    w, n_w = tangents.w, len(tangents.powers) // 2
     if n_w > 0:
-        g.vary(y.w, d)
+        derivatives.vary(w, d)
     for m in range(n_w):
-        y.works[i * n_w + m] += integral(y.w, len(y.w) - 8 * (1 + n_w - m), h, y.b)
+        tangents.works[i * n_w + m] += integral(w, len(w) - 8 * (1 + n_w - m), h, tangents.b)

@@ -25,14 +25,26 @@ from math import log
 import numpy as np
 
 from ..interface import inner
-from ..memory import DRIVE, MEMBERS, TOGETHER
+from ..memory import DRIVE, MEMBERS, SIMULTANEOUS
 from ..modes import FREE, RELEASED, REMEMBERS, SLIDE, SLIP_POSITIVE, STICK, variant_of
 from ..walls.impacts import laid
 from ..walls.sliding import walls_of
 from ..walls.walls import SWEEPS, resting
-from .frame import determinant, orthonormalise
+from .frame import determinant, orthonormal
 from .impact_map import impact_map, landing_map, loses, work_place
-from .tangent import FOLLOWS, GRAZING, HELD, JUMPS, NEUTRAL, ONSET, SALTATION, TURNED, VOLUME, along, rates
+from .tangent import (
+    CONTINUES,
+    GRAZING,
+    HELD,
+    JUMPS,
+    NEUTRAL,
+    RESET,
+    SALTATION,
+    STUCK_BEFORE,
+    VOLUME,
+    along,
+    rates,
+)
 
 # What Tangents.count[TURNED] says of a contact that a law remembers; 1: a wall is met; 0: neither
 ENTERS, MAY_LEAVE = 2, 3
@@ -49,163 +61,169 @@ def stuck(modes):
 
 
 @inner
-def _wall_of(x, guard):
+def _wall_of(motion, guard):
     """The rigid wall whose gap or push a guard is; -1 if it is none's."""
-    wall = guard - 4 * len(x.flags)
-    return wall if wall < walls_of(x) else -1
+    wall = guard - 4 * len(motion.flags)
+    return wall if wall < walls_of(motion) else -1
 
 
 @inner
-def before_event(f, g, variant, x, o, y, guard):
+def before_event(functions, derivatives, variant, motion, options, tangents, guard):
     """Note the values before an event that the jump of the tangents needs."""
-    f.trig(x.s, x.p)
-    for r in range(len(x.s)):
-        y.state[r] = x.s[r]
-    y.count[FOLLOWS] = 0
-    rates(f, variant, x, o, y, y.before)
-    _powers(x, o, y, 0.0)
-    g.gradient(guard, x.s, x.p, x.m, y.gradient)
-    wall, y.real[ONSET], y.count[TURNED] = _wall_of(x, guard), stuck(x.modes), 0
-    if wall >= 0 and x.modes[len(x.flags) + wall] > RELEASED:
-        y.real[ONSET] = np.inf  # it lets go: nothing jumps, nothing is lost
+    functions.trig(motion.s, motion.p)
+    for r in range(len(motion.s)):
+        tangents.state[r] = motion.s[r]
+    tangents.count[CONTINUES] = 0
+    rates(functions, variant, motion, options, tangents, tangents.before)
+    _powers(motion, options, tangents, 0.0)
+    derivatives.gradient(guard, motion.s, motion.p, motion.m, tangents.gradient)
+    wall, tangents.real[STUCK_BEFORE], tangents.count[RESET] = _wall_of(motion, guard), stuck(motion.modes), 0
+    if wall >= 0 and motion.modes[len(motion.flags) + wall] > RELEASED:
+        tangents.real[STUCK_BEFORE] = np.inf  # it lets go: nothing jumps, nothing is lost
     elif wall >= 0:
-        g.turned(wall, x.s, x.p, y.D)
-        y.count[TURNED] = 1
-    elif guard < 4 * len(x.flags) and x.flags[guard // 4] & REMEMBERS:
-        y.count[TURNED] = ENTERS if x.modes[guard // 4] == FREE else MAY_LEAVE
+        derivatives.reset_slopes(wall, motion.s, motion.p, tangents.D)
+        tangents.count[RESET] = 1
+    elif guard < 4 * len(motion.flags) and motion.flags[guard // 4] & REMEMBERS:
+        tangents.count[RESET] = ENTERS if motion.modes[guard // 4] == FREE else MAY_LEAVE
 
 
 @inner
-def jump(f, g, k, x, o, y, guard):
+def jump(functions, derivatives, work, motion, options, tangents, guard):
     """Take the tangents through an event that has just been handled."""
-    wall, turned = _wall_of(x, guard), y.count[TURNED]
-    leaves = turned == MAY_LEAVE and x.modes[guard // 4] == FREE
-    if turned == ENTERS or leaves:  # of what else the state holds, that is no function of what jumps
-        g.turned(2 * walls_of(x) + guard // 4 + leaves * len(x.flags), x.s, x.p, y.D)
-    reset = turned == 1 or turned == ENTERS or leaves
-    rests = reset and wall >= 0 and x.modes[len(x.flags) + wall] > RELEASED
-    several = reset and wall >= 0 and k.impact[MEMBERS] > 0.0
-    held = reset and wall >= 0 and resting(x) > 0 and x.group[wall] >= 0
-    if rests or (held and (laid(k) or not several)):  # others were put back on their walls in between
-        if not landing_map(f, g, k, x, o, y, wall, resting(x) > (1 if rests else 0)):
-            x.count[TOGETHER] += 1
+    wall, kind = _wall_of(motion, guard), tangents.count[RESET]
+    leaves = kind == MAY_LEAVE and motion.modes[guard // 4] == FREE
+    if kind == ENTERS or leaves:  # of what else the state holds, that is no function of what jumps
+        memory = 2 * walls_of(motion) + guard // 4 + leaves * len(motion.flags)
+        derivatives.reset_slopes(memory, motion.s, motion.p, tangents.D)
+    reset = kind == 1 or kind == ENTERS or leaves
+    rests = reset and wall >= 0 and motion.modes[len(motion.flags) + wall] > RELEASED
+    several = reset and wall >= 0 and work.impact[MEMBERS] > 0.0
+    held = reset and wall >= 0 and resting(motion) > 0 and motion.group[wall] >= 0
+    if rests or (held and (laid(work) or not several)):  # others were put back on their walls in between
+        others = resting(motion) > (1 if rests else 0)
+        if not landing_map(functions, derivatives, work, motion, options, tangents, wall, others):
+            motion.count[SIMULTANEOUS] += 1
     elif several:
-        impact_map(f, g, k, x, o, y)
-    rates(f, variant_of(x.modes), x, o, y, y.after)
-    _powers(x, o, y, 1.0)
-    lossy = stuck(x.modes) > y.real[ONSET] or (reset and wall < 0)  # what was remembered before is lost
-    lossy = lossy or rests or (several and loses(k))
-    if through(y, o.n_q, o.n_q + o.n, reset, lossy) and (rests or (several and resting(x) > 0)):
-        project_at_rest(f, g, x, o, y, 0.0)
+        impact_map(functions, derivatives, work, motion, options, tangents)
+    rates(functions, variant_of(motion.modes), motion, options, tangents, tangents.after)
+    _powers(motion, options, tangents, 1.0)
+    sticks = stuck(motion.modes) > tangents.real[STUCK_BEFORE]
+    lossy = sticks or (reset and wall < 0)  # what was remembered before is lost
+    lossy = lossy or rests or (several and loses(work))
+    moves = through(tangents, options.n_q, options.n_q + options.n, reset, lossy)
+    if moves and (rests or (several and resting(motion) > 0)):
+        project_at_rest(functions, derivatives, motion, options, tangents, 0.0)
 
 
 @inner
-def through(y, n_q, n_x, reset, lossy):
+def through(tangents, n_q, n_x, reset, lossy):
     """Take the frame through an event, by the rates on both sides; whether the guard moves there."""
-    width, real = 1 + n_x, y.real
-    slope, size, later = y.gradient[0], abs(y.gradient[0]), y.gradient[0]
+    width, real = 1 + n_x, tangents.real
+    slope, size, later = tangents.gradient[0], abs(tangents.gradient[0]), tangents.gradient[0]
     for r in range(n_x):
-        term = y.gradient[1 + r] * y.before[r]
+        term = tangents.gradient[1 + r] * tangents.before[r]
         slope += term
         size += abs(term)
-        later += y.gradient[1 + r] * y.after[r]
+        later += tangents.gradient[1 + r] * tangents.after[r]
     real[GRAZING] = min(real[GRAZING], abs(slope) / size if size > 0.0 else 0.0)
     if slope == 0.0:
         return False
-    y.count[JUMPS] += 1
-    real[VOLUME] += _volume(y, n_q, n_x, slope, later, reset, lossy)
-    for i in range(len(y.alive)):
-        if y.alive[i]:
-            d = y.d[i * width : (i + 1) * width]
-            drawn = _drawn(y, d, n_q, n_x - n_q) if reset else 0.0
-            delay = _through(y, d, n_q, n_x, slope, 1.0 if reset else 0.0, float(y.count[SALTATION]))
-            _add_works(y, i, delay)
+    tangents.count[JUMPS] += 1
+    real[VOLUME] += _volume(tangents, n_q, n_x, slope, later, reset, lossy)
+    for i in range(len(tangents.alive)):
+        if tangents.alive[i]:
+            d = tangents.d[i * width : (i + 1) * width]
+            drawn = _drawn(tangents, d, n_q, n_x - n_q) if reset else 0.0
+            saltation = float(tangents.count[SALTATION])
+            delay = _through(tangents, d, n_q, n_x, slope, 1.0 if reset else 0.0, saltation)
+            _add_works(tangents, i, delay)
             if drawn != 0.0 or (reset and delay != 0.0):
-                _add_drawn(y, i, drawn, delay, n_q, n_x - n_q)
-    if y.count[NEUTRAL]:
-        along(y, n_x)
-    if y.count[HELD] == 0:
-        orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, 1.0 if lossy or reset else 0.0)
+                _add_drawn(tangents, i, drawn, delay, n_q, n_x - n_q)
+    if tangents.count[NEUTRAL]:
+        along(tangents, n_x)
+    if tangents.count[HELD] == 0:
+        orthonormal(tangents, width, 1.0 if lossy or reset else 0.0)
     return True
 
 
 @inner
-def begin_tangents(f, g, x, o, y):
+def begin_tangents(functions, derivatives, motion, options, tangents):
     """Remove from the tangents the parts that neighbours of a sticking or resting start lose at once."""
     held = 0.0
-    for j in range(len(x.flags)):
-        if x.modes[j] == STICK:
+    for j in range(len(motion.flags)):
+        if motion.modes[j] == STICK:
             held = 1.0
-            _project_at_stick(f, g, x, o, y, j)
-    project_at_rest(f, g, x, o, y, held)
+            _project_at_stick(functions, derivatives, motion, options, tangents, j)
+    project_at_rest(functions, derivatives, motion, options, tangents, held)
 
 
 @inner
-def _project_at_stick(f, g, x, o, y, j):
+def _project_at_stick(functions, derivatives, motion, options, tangents, j):
     """Take the tangents through the onset of sticking of contact j, from either side."""
-    n_x, x.modes[j] = o.n_q + o.n, SLIP_POSITIVE
+    n_x, motion.modes[j] = options.n_q + options.n, SLIP_POSITIVE
     width, slope = 1 + n_x, 0.0
-    rates(f, variant_of(x.modes), x, o, y, y.before)
-    _powers(x, o, y, 0.0)
-    g.gradient(4 * j + SLIDE, x.s, x.p, x.m, y.gradient)
+    rates(functions, variant_of(motion.modes), motion, options, tangents, tangents.before)
+    _powers(motion, options, tangents, 0.0)
+    derivatives.gradient(4 * j + SLIDE, motion.s, motion.p, motion.m, tangents.gradient)
     for r in range(n_x):
-        slope += y.gradient[1 + r] * y.before[r]
-    slope += y.gradient[0]
-    x.modes[j] = STICK
-    rates(f, variant_of(x.modes), x, o, y, y.after)
-    _powers(x, o, y, 1.0)
-    for i in range(len(y.alive)):
-        if y.alive[i]:
-            d = y.d[i * width : (i + 1) * width]
-            _add_works(y, i, _through(y, d, o.n_q, n_x, slope, 0.0, float(y.count[SALTATION])))
+        slope += tangents.gradient[1 + r] * tangents.before[r]
+    slope += tangents.gradient[0]
+    motion.modes[j] = STICK
+    rates(functions, variant_of(motion.modes), motion, options, tangents, tangents.after)
+    _powers(motion, options, tangents, 1.0)
+    for i in range(len(tangents.alive)):
+        if tangents.alive[i]:
+            d = tangents.d[i * width : (i + 1) * width]
+            saltation = float(tangents.count[SALTATION])
+            _add_works(tangents, i, _through(tangents, d, options.n_q, n_x, slope, 0.0, saltation))
 
 
 @inner
-def project_at_rest(f, g, x, o, y, held):
+def project_at_rest(functions, derivatives, motion, options, tangents, held):
     """Remove from the tangents the parts across the walls on which a body rests.
 
     `held`: 1, where something has been taken already.
     """
-    walls = len(x.modes) - len(x.flags)
-    for n in range(walls if resting(x) < 2 else walls * SWEEPS):
+    walls = len(motion.modes) - len(motion.flags)
+    for n in range(walls if resting(motion) < 2 else walls * SWEEPS):
         j = n % walls
-        if x.modes[len(x.flags) + j] > RELEASED:
+        if motion.modes[len(motion.flags) + j] > RELEASED:
             held = 1.0
-            g.turned(walls + j, x.s, x.p, y.D)
-            _project_all(y, o)
+            derivatives.reset_slopes(walls + j, motion.s, motion.p, tangents.D)
+            _project_all(tangents, options)
     if held > 0.0:
-        y.count[JUMPS] += 1
-        y.real[VOLUME] = -np.inf
-        if y.count[NEUTRAL]:
-            rates(f, variant_of(x.modes), x, o, y, y.after)
-            along(y, o.n_q + o.n)
-        if y.count[HELD] == 0:
-            orthonormalise(y.d, 1 + o.n_q + o.n, y.weight, y.alive, y.norms, y.logs, 1.0)
+        tangents.count[JUMPS] += 1
+        tangents.real[VOLUME] = -np.inf
+        if tangents.count[NEUTRAL]:
+            rates(functions, variant_of(motion.modes), motion, options, tangents, tangents.after)
+            along(tangents, options.n_q + options.n)
+        if tangents.count[HELD] == 0:
+            orthonormal(tangents, 1 + options.n_q + options.n, 1.0)
 
 
 @inner
-def _project_all(y, o):
-    width = 1 + o.n_q + o.n
-    for i in range(len(y.alive)):
-        if y.alive[i]:
-            _project(y, y.d[i * width : (i + 1) * width], o.n_q, o.n)
+def _project_all(tangents, options):
+    width = 1 + options.n_q + options.n
+    for i in range(len(tangents.alive)):
+        if tangents.alive[i]:
+            _project(tangents, tangents.d[i * width : (i + 1) * width], options.n_q, options.n)
 
 
 @inner
-def _project(y, d, n_q, n):
+def _project(tangents, d, n_q, n):
     """Positions as speeds, by D's part of them; then speeds by D, whose rows have a place for time."""
-    width, new = 1 + n_q + n, y.S
+    width, new = 1 + n_q + n, tangents.S
     at, driven = _driven(d, width, n), d[0] > 0.0
     for r in range(n_q):
-        new[r] = y.D[at + r] if driven else 0.0
+        new[r] = tangents.D[at + r] if driven else 0.0
         for i in range(n_q):
-            new[r] += y.D[r * width + 1 + n_q + i] * d[1 + i]
+            new[r] += tangents.D[r * width + 1 + n_q + i] * d[1 + i]
     for r in range(n_q):
         d[1 + r] = new[r]
     for r in range(n):
-        new[r] = y.D[at + n_q + r] if driven else 0.0
+        new[r] = tangents.D[at + n_q + r] if driven else 0.0
         for i in range(n_q + n):
-            new[r] += y.D[r * width + 1 + i] * d[1 + i]
+            new[r] += tangents.D[r * width + 1 + i] * d[1 + i]
     for r in range(n):
         d[1 + n_q + r] = new[r]
 
@@ -217,74 +235,74 @@ def _driven(d, width, n):
 
 
 @inner
-def _powers(x, o, y, after):
+def _powers(motion, options, tangents, after):
     """Note the powers at the base point, whose rates are in the lane buffer, of one side of an event."""
-    n_w = len(y.powers) // 2
+    n_w = len(tangents.powers) // 2
     for m in range(n_w):
-        y.powers[int(after) * n_w + m] = y.w[8 * (o.guards + len(x.fired) + m) + 7]
+        tangents.powers[int(after) * n_w + m] = tangents.w[8 * (options.guards + len(motion.fired) + m) + 7]
 
 
 @inner
-def _add_works(y, i, delay):
+def _add_works(tangents, i, delay):
     """Add the gain of the i-th tangent's works as the event comes earlier."""
-    n_w = len(y.powers) // 2
+    n_w = len(tangents.powers) // 2
     for m in range(n_w):
-        y.works[i * n_w + m] += (y.powers[n_w + m] - y.powers[m]) * delay
+        tangents.works[i * n_w + m] += (tangents.powers[n_w + m] - tangents.powers[m]) * delay
 
 
 @inner
-def _drawn(y, d, n_q, n):
+def _drawn(tangents, d, n_q, n):
     """Derivative of the drive's work in an impact along a tangent, at the time of the event."""
-    work, total = work_place(y, n_q, n), 0.0
-    if work < len(y.D):
+    work, total = work_place(tangents, n_q, n), 0.0
+    if work < len(tangents.D):
         for i in range(n_q + n):
-            total += y.D[work + 1 + i] * d[1 + i]
-        total += y.D[work + n_q + n + int(d[0])] if d[0] > 0.0 else 0.0
+            total += tangents.D[work + 1 + i] * d[1 + i]
+        total += tangents.D[work + n_q + n + int(d[0])] if d[0] > 0.0 else 0.0
     return total
 
 
 @inner
-def _add_drawn(y, i, drawn, delay, n_q, n):
+def _add_drawn(tangents, i, drawn, delay, n_q, n):
     """Add it to the works of the i-th tangent, which comes earlier to the event by `delay`."""
-    work = work_place(y, n_q, n)
-    if work < len(y.D):
+    work = work_place(tangents, n_q, n)
+    if work < len(tangents.D):
         for r in range(n_q + n):
-            drawn -= y.D[work + 1 + r] * y.before[r] * delay
-        y.works[i * (len(y.powers) // 2) + DRIVE] += drawn - y.D[work] * delay
+            drawn -= tangents.D[work + 1 + r] * tangents.before[r] * delay
+        tangents.works[i * (len(tangents.powers) // 2) + DRIVE] += drawn - tangents.D[work] * delay
 
 
 @inner
-def _through(y, d, n_q, n_x, slope, reset, saltation):
+def _through(tangents, d, n_q, n_x, slope, reset, saltation):
     """Take a tangent through a jump; the time by which it comes earlier to the event."""
     width, delay = 1 + n_x, 0.0
     if saltation > 0.0:
         for r in range(n_x):
-            delay += y.gradient[1 + r] * d[1 + r]
+            delay += tangents.gradient[1 + r] * d[1 + r]
         if d[0] > 0.0:
-            delay += y.gradient[n_x + int(d[0])]
+            delay += tangents.gradient[n_x + int(d[0])]
         delay /= slope
     if reset == 0.0:
         for r in range(n_q, n_x):
-            d[1 + r] += (y.after[r] - y.before[r]) * delay
+            d[1 + r] += (tangents.after[r] - tangents.before[r]) * delay
         return delay
-    new = y.S[n_x * n_x :]
+    new = tangents.S[n_x * n_x :]
     for r in range(n_x - n_q):
-        turned, swept = 0.0, y.D[r * width]
+        turned, swept = 0.0, tangents.D[r * width]
         for i in range(n_x):
-            turned += y.D[r * width + 1 + i] * d[1 + i]
-            swept += y.D[r * width + 1 + i] * y.before[i]
+            turned += tangents.D[r * width + 1 + i] * d[1 + i]
+            swept += tangents.D[r * width + 1 + i] * tangents.before[i]
         if d[0] > 0.0:
-            turned += y.D[_driven(d, width, n_x - n_q) + n_q + r]
-        new[r] = turned + (y.after[n_q + r] - swept) * delay
+            turned += tangents.D[_driven(d, width, n_x - n_q) + n_q + r]
+        new[r] = turned + (tangents.after[n_q + r] - swept) * delay
     for r in range(n_q):
-        d[1 + r] += (y.after[r] - y.before[r]) * delay
+        d[1 + r] += (tangents.after[r] - tangents.before[r]) * delay
     for r in range(n_x - n_q):
         d[1 + n_q + r] = new[r]
     return delay
 
 
 @inner
-def _volume(y, n_q, n_x, slope, later, reset, lossy):
+def _volume(tangents, n_q, n_x, slope, later, reset, lossy):
     """ln |det S| of the jump."""
     if lossy:
         return -np.inf
@@ -292,15 +310,15 @@ def _volume(y, n_q, n_x, slope, later, reset, lossy):
         return log(abs(later / slope)) if later != 0.0 else -np.inf
     for i in range(n_x):  # columns of S are the jumps of unit vectors
         for r in range(1 + n_x):
-            y.unit[r] = 1.0 if r == 1 + i else 0.0
-        _through(y, y.unit, n_q, n_x, slope, 1.0, 1.0)
+            tangents.unit[r] = 1.0 if r == 1 + i else 0.0
+        _through(tangents, tangents.unit, n_q, n_x, slope, 1.0, 1.0)
         for r in range(n_x):
-            y.S[r * n_x + i] = y.unit[1 + r]
+            tangents.S[r * n_x + i] = tangents.unit[1 + r]
     size = 1.0  # the product of the rows' sizes bounds the determinant
     for r in range(n_x):
         row = 0.0
         for i in range(n_x):
-            row += abs(y.S[r * n_x + i]) * y.weight[r] / y.weight[i]
+            row += abs(tangents.S[r * n_x + i]) * tangents.weight[r] / tangents.weight[i]
         size *= row
-    found = abs(determinant(y.S, n_x))
+    found = abs(determinant(tangents.S, n_x))
     return log(found) if found > DEGENERATE * size else -np.inf

@@ -24,16 +24,29 @@ from ..memory import SIZE, lane_rows
 from ..modes import mask
 from ..polynomial import basis, integral, interpolate
 from ..step import keep
-from .frame import add_works, orthonormalise, size_of
+from .frame import add_works, orthonormal, size_of
 
 ITERATIONS, ROUNDING = 40, 3e-16
 SMALL = 1e-6  # of a parameter's own size: smaller changes of the state than such a change makes are nothing
 TRAILING = 20.0  # how much more error is tolerated of all vectors of a frame but the leading one
 RESOLVED = -1.0  # ln of a volume's growth in a piece, down to which the method gives it to rounding
 # Places in Tangents.count
-ROWS, SALTATION, HELD, JUMPS, SOLVES, TURNED, NEUTRAL, FOLLOWS = range(8)
+ROWS = 0  # recorded
+SALTATION = 1  # 0: jumps at events are left out
+HELD = 2  # 1: the frame is kept as it comes out, and never made orthonormal
+JUMPS, SOLVES = 3, 4  # events gone through; updates of the iteration
+RESET = 5  # kind of reset at the event: 1 a wall is met, ENTERS and MAY_LEAVE of saltation; 0 none
+NEUTRAL = 6  # 1: the first tangent is the rate of the state, which is evaluated
+CONTINUES = 7  # 1: a tangent that is driven may be extrapolated from the piece before
 # Places in Tangents.real
-TRACE, VOLUME, GRAZING, THETA, TOLERANCE, NEXT, BLOCK, UNRESOLVED, ONSET, LIMIT, PIECE, SPAN = range(12)
+TRACE, VOLUME = 0, 1  # since the start: integral of the rate's divergence; ln |det S| of the jumps
+GRAZING = 2  # smallest approach speed of a guard at an event, relative to its terms
+THETA = 3  # slowest contraction that the iteration has shown in this piece
+TOLERANCE, LIMIT = 4, 9  # of the iteration, and of the estimated error, relative to a tangent's length
+NEXT, BLOCK = 5, 6  # time of the next row; time between rows
+UNRESOLVED = 7  # time in which the last direction's growth is taken from the volume
+STUCK_BEFORE = 8  # contacts that stuck before the event
+PIECE_TRACE, PIECE_LENGTH = 10, 11  # of the last piece: its part of TRACE; the length of its step
 AHEAD = 4  # columns of a row before the logarithms: time, trace, volume, unresolved time
 
 
@@ -118,143 +131,145 @@ def tangents(
 
 
 @inlined
-def propagate(f, g, variant, k, x, o, y, h, root):
-    """Take the tangents along the step in k.w, of length h, up to its place `root`.
+def propagate(functions, derivatives, variant, work, motion, options, tangents, h, root):
+    """Take the tangents along the step in work.w, of length h, up to its place `root`.
 
     Give back their largest estimated error in units of what is tolerated: above 1 the piece is too long for
     them, and they have been left where they were.
     """
-    n_x, w, first = o.n_q + o.n, y.w, y.count[NEUTRAL]
+    n_x, w, first = options.n_q + options.n, tangents.w, tangents.count[NEUTRAL]
     width = 1 + n_x
-    if first and len(y.alive) < n_x:
-        for r in range(o.n_q):
-            y.after[r] = x.s[1 + o.n_q + r]
-        for r in range(o.n):
-            y.after[o.n_q + r] = k.w[8 * (o.first + width + r) + 7]
-        along(y, n_x)
-        orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, 0.0)
-    for i in range(8 * (o.first + width)):  # the factored matrices, and the state's increments
-        w[i] = k.w[i]
-    g.variation(variant, w, x.s, x.p, x.m)
-    g.divergence(w)
-    basis(root, y.b)
-    trace = integral(w, len(w) - 8, h, y.b)
-    y.real[THETA] = 0.0
-    worst, last = 0.0, len(y.alive) - 1
-    for i in range(len(y.d)):
-        y.kept[i] = y.d[i]
-    works = len(y.works) // 2
+    if first and len(tangents.alive) < n_x:
+        for r in range(options.n_q):
+            tangents.after[r] = motion.s[1 + options.n_q + r]
+        for r in range(options.n):
+            tangents.after[options.n_q + r] = work.w[8 * (options.first + width + r) + 7]
+        along(tangents, n_x)
+        orthonormal(tangents, width, 0.0)
+    for i in range(8 * (options.first + width)):  # the factored matrices, and the state's increments
+        w[i] = work.w[i]
+    derivatives.variation(variant, w, motion.s, motion.p, motion.m)
+    derivatives.divergence(w)
+    basis(root, tangents.b)
+    trace = integral(w, len(w) - 8, h, tangents.b)
+    tangents.real[THETA] = 0.0
+    worst, last = 0.0, len(tangents.alive) - 1
+    for i in range(len(tangents.d)):
+        tangents.kept[i] = tangents.d[i]
+    works = len(tangents.works) // 2
     for i in range(works):
-        y.works[works + i] = y.works[i]
-    for i in range(first, len(y.alive)):
-        if y.alive[i]:
-            d = y.d[i * width : (i + 1) * width]
-            if not _solve(f, g, variant, k, o, y, d, i, h):
+        tangents.works[works + i] = tangents.works[i]
+    for i in range(first, len(tangents.alive)):
+        if tangents.alive[i]:
+            d = tangents.d[i * width : (i + 1) * width]
+            if not _solve(functions, derivatives, variant, work, options, tangents, d, i, h):
                 worst = np.inf
             elif i < last or last + 1 < n_x or d[0] > 0.0:  # a whole frame's last one is known by its volume
-                limit = y.real[LIMIT] * (1.0 if i == first or y.count[HELD] else TRAILING)
-                worst = max(worst, _estimate(f, g, variant, k, o, y, d, i, h, limit))
+                limit = tangents.real[LIMIT] * (1.0 if i == first or tangents.count[HELD] else TRAILING)
+                error = _estimate(functions, derivatives, variant, work, options, tangents, d, i, h, limit)
+                worst = max(worst, error)
             if d[0] > 0.0:
-                keep(w, 8 * (o.first + 1), y.past[8 * n_x * i : 8 * n_x * (i + 1)])
-            add_works(g, y, d, i, h)
-            interpolate(w, 8 * (o.first + 1), d, width - n_x, n_x, y.b, d)
+                keep(w, 8 * (options.first + 1), tangents.past[8 * n_x * i : 8 * n_x * (i + 1)])
+            add_works(derivatives, tangents, d, i, h)
+            interpolate(w, 8 * (options.first + 1), d, width - n_x, n_x, tangents.b, d)
     if worst > 1.0:
-        for i in range(len(y.d)):
-            y.d[i] = y.kept[i]
+        for i in range(len(tangents.d)):
+            tangents.d[i] = tangents.kept[i]
         for i in range(works):
-            y.works[i] = y.works[works + i]
-        y.count[FOLLOWS] = 0
+            tangents.works[i] = tangents.works[works + i]
+        tangents.count[CONTINUES] = 0
         return worst
-    y.count[FOLLOWS], y.real[SPAN], y.real[PIECE] = 1, h, trace
-    y.real[TRACE] += trace
+    tangents.count[CONTINUES], tangents.real[PIECE_LENGTH], tangents.real[PIECE_TRACE] = 1, h, trace
+    tangents.real[TRACE] += trace
     return worst
 
 
 @inlined
-def renew(f, variant, x, o, y, span):
+def renew(functions, variant, motion, options, tangents, span):
     """Make the frame orthonormal where a piece of length `span` has ended.
 
     One that has the rate, and is not whole, becomes so where the next piece begins, for which the step knows
     the rate, unless a row is due here.
     """
-    later = y.count[NEUTRAL] and len(y.alive) < o.n_q + o.n and x.s[0] < min(y.real[NEXT], o.t_end)
-    if y.count[HELD] or later:
+    n_x, neutral = options.n_q + options.n, tangents.count[NEUTRAL]
+    between = motion.s[0] < min(tangents.real[NEXT], options.t_end)
+    if tangents.count[HELD] or (neutral and len(tangents.alive) < n_x and between):
         return
-    before = y.logs[0]
-    if y.count[NEUTRAL]:
-        f.trig(x.s, x.p)
-        rates(f, variant, x, o, y, y.after)
-        along(y, o.n_q + o.n)
-    orthonormalise(y.d, 1 + o.n_q + o.n, y.weight, y.alive, y.norms, y.logs, 0.0)
-    _by_volume(y, o.n_q + o.n, before, span)
+    before = tangents.logs[0]
+    if neutral:
+        functions.trig(motion.s, motion.p)
+        rates(functions, variant, motion, options, tangents, tangents.after)
+        along(tangents, n_x)
+    orthonormal(tangents, 1 + n_x, 0.0)
+    _by_volume(tangents, n_x, before, span)
 
 
 @inner
-def rates(f, variant, x, o, y, out):
+def rates(functions, variant, motion, options, tangents, out):
     """Rate of the state at the base point."""
-    first, n_x = o.first, o.n_q + o.n
+    first, n_x = options.first, options.n_q + options.n
     for i in range(8 * first, 8 * (first + 1 + n_x)):
-        y.w[i] = 0.0
-    mask(x.modes, x.m)
-    f.rate(variant, y.w, x.s, x.p, x.m)
-    for r in range(o.n_q):
-        out[r] = x.s[1 + o.n_q + r]
-    for r in range(o.n):
-        out[o.n_q + r] = y.w[8 * (first + 1 + n_x + r) + 7]
+        tangents.w[i] = 0.0
+    mask(motion.modes, motion.m)
+    functions.rate(variant, tangents.w, motion.s, motion.p, motion.m)
+    for r in range(options.n_q):
+        out[r] = motion.s[1 + options.n_q + r]
+    for r in range(options.n):
+        out[options.n_q + r] = tangents.w[8 * (first + 1 + n_x + r) + 7]
 
 
 @inner
-def along(y, n_x):
-    """Set the neutral direction to the rate in `y.after`; one that once stood still stays lost."""
+def along(tangents, n_x):
+    """Set the neutral direction to the rate in `tangents.after`; one that once stood still stays lost."""
     for r in range(n_x):
-        y.d[1 + r] = y.after[r]
-    y.logs[0] = 0.0 if y.alive[0] else float("-inf")
+        tangents.d[1 + r] = tangents.after[r]
+    tangents.logs[0] = 0.0 if tangents.alive[0] else float("-inf")
 
 
 @inlined
-def _estimate(f, g, variant, k, o, y, d, i, h, limit):
+def _estimate(functions, derivatives, variant, work, options, tangents, d, i, h, limit):
     """Error of the i-th tangent d whose increments are in the lane buffer, in units of the tolerance."""
-    n_x, state = o.n_q + o.n, 8 * (o.first + 1)
-    width, begin, end = 8 * n_x, 0.0, 0.0
+    w, n_q, n_x, state = tangents.w, options.n_q, options.n_q + options.n, 8 * (options.first + 1)
+    rate, begin, end = state + 8 * (n_x - n_q), 0.0, 0.0
     for r in range(n_x):
-        begin = max(begin, abs(y.weight[r] * d[1 + r]))
-        end = max(end, abs(y.weight[r] * (d[1 + r] + y.w[state + 8 * r + 6])))
-        y.error[r] = d[1 + o.n_q + r] if r < o.n_q else y.w[state + width + 8 * (r - o.n_q) + 7]
+        begin = max(begin, abs(tangents.weight[r] * d[1 + r]))
+        end = max(end, abs(tangents.weight[r] * (d[1 + r] + w[state + 8 * r + 6])))
+        tangents.error[r] = d[1 + n_q + r] if r < n_q else w[rate + 8 * r + 7]
     # what shrinks must be known relative to what is left; what is driven begins at nothing
-    limit *= max(max(begin, end, y.small[i]) if d[0] > 0.0 else min(begin, end), 1e-300)
-    size = f.estimate(variant, y.w, k.J, y.weight, y.error, h)
+    limit *= max(max(begin, end, tangents.small[i]) if d[0] > 0.0 else min(begin, end), 1e-300)
+    size = functions.estimate(variant, w, work.J, tangents.weight, tangents.error, h)
     if size > limit:  # again, with the error added: sharper for stiff parts (see step)
         for r in range(n_x):
-            y.w[state + 8 * r + 7] = y.error[r]
-        g.vary(y.w, d)
+            w[state + 8 * r + 7] = tangents.error[r]
+        derivatives.vary(w, d)
         for r in range(n_x):
-            speed = d[1 + o.n_q + r] + y.w[state + 8 * (o.n_q + r) + 7] if r < o.n_q else 0.0
-            y.error[r] = speed if r < o.n_q else y.w[state + width + 8 * (r - o.n_q) + 7]
+            speed = d[1 + n_q + r] + w[state + 8 * (n_q + r) + 7] if r < n_q else 0.0
+            tangents.error[r] = speed if r < n_q else w[rate + 8 * r + 7]
         for r in range(n_x):
-            y.w[state + 8 * r + 7] = 0.0
-        size = f.estimate(variant, y.w, k.J, y.weight, y.error, h)
+            w[state + 8 * r + 7] = 0.0
+        size = functions.estimate(variant, w, work.J, tangents.weight, tangents.error, h)
     return size / limit
 
 
 @inlined
-def _solve(f, g, variant, k, o, y, d, i, h):
+def _solve(functions, derivatives, variant, work, options, tangents, d, i, h):
     """Stage increments of the i-th tangent d, in the lane buffer; whether the iteration converged."""
-    w, real, width = y.w, y.real, 8 * (o.n_q + o.n)
-    if d[0] > 0.0 and y.count[FOLLOWS]:
-        f.extrapolate(w, y.past[width * i : width * (i + 1)], 1.0, h / real[SPAN])
+    w, real, width = tangents.w, tangents.real, 8 * (options.n_q + options.n)
+    if d[0] > 0.0 and tangents.count[CONTINUES]:
+        functions.extrapolate(w, tangents.past[width * i : width * (i + 1)], 1.0, h / real[PIECE_LENGTH])
     else:
-        f.rest(w)
-    f.move(w, d, h)
+        functions.rest(w)
+    functions.move(w, d, h)
     size, scale, theta = 0.0, 1.0, 0.0
     for iteration in range(ITERATIONS):
         before = size
-        g.vary(w, d)
-        size = f.newton(variant, w, d, k.J, y.weight, h)
-        y.count[SOLVES] += 1
+        derivatives.vary(w, d)
+        size = functions.newton(variant, w, d, work.J, tangents.weight, h)
+        tangents.count[SOLVES] += 1
         if not size < 1e100:
             return False
         if iteration == 0:
-            own = max(size_of(y, d, 8 * (o.first + 1)), y.small[i])
+            own = max(size_of(tangents, d, 8 * (options.first + 1)), tangents.small[i])
             scale = max(own if d[0] > 0.0 else 1.0, size)
         else:
             theta = size / before
@@ -268,34 +283,34 @@ def _solve(f, g, variant, k, o, y, d, i, h):
 
 
 @inner
-def _by_volume(y, n_x, before, span):
+def _by_volume(tangents, n_x, before, span):
     """Take the last direction's growth from a whole frame's volume, where that shrinks too fast for steps.
 
     An implicit method takes a strongly damped direction to zero, but not at its true rate; that of the
     frame's volume is the trace's integral (Liouville). `before`: logarithm of a neutral direction's length
     where the piece began.
     """
-    last, trace = len(y.alive) - 1, y.real[PIECE]
-    if last + 1 < n_x or not y.alive[last] or trace > RESOLVED:
+    last, trace = len(tangents.alive) - 1, tangents.real[PIECE_TRACE]
+    if last + 1 < n_x or not tangents.alive[last] or trace > RESOLVED:
         return
-    product = exp(-before) if y.count[NEUTRAL] else 1.0
-    for norm in y.norms:
+    product = exp(-before) if tangents.count[NEUTRAL] else 1.0
+    for norm in tangents.norms:
         product *= norm
-    y.logs[last] += trace - log(product)
-    y.real[UNRESOLVED] += span
+    tangents.logs[last] += trace - log(product)
+    tangents.real[UNRESOLVED] += span
 
 
 @inlined
-def log_block(x, y):
+def log_block(motion, tangents):
     """Record a row where a block ends."""
-    if not x.s[0] >= y.real[NEXT]:
+    if not motion.s[0] >= tangents.real[NEXT]:
         return
-    row, k = y.rows[y.count[ROWS]], len(y.logs)
-    row[0], row[1], row[2], row[3] = x.s[0], y.real[TRACE], y.real[VOLUME], y.real[UNRESOLVED]
+    row, k, real = tangents.rows[tangents.count[ROWS]], len(tangents.logs), tangents.real
+    row[0], row[1], row[2], row[3] = motion.s[0], real[TRACE], real[VOLUME], real[UNRESOLVED]
     for i in range(k):
-        row[AHEAD + i] = y.logs[i]
-    for r in range(len(y.weight)):
-        row[AHEAD + k + r] = x.s[1 + r]
-    y.count[ROWS] += 1
-    while x.s[0] >= y.real[NEXT]:
-        y.real[NEXT] += y.real[BLOCK]
+        row[AHEAD + i] = tangents.logs[i]
+    for r in range(len(tangents.weight)):
+        row[AHEAD + k + r] = motion.s[1 + r]
+    tangents.count[ROWS] += 1
+    while motion.s[0] >= tangents.real[NEXT]:
+        tangents.real[NEXT] += tangents.real[BLOCK]

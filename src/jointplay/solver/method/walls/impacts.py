@@ -26,13 +26,13 @@ from ..memory import (
     MOST,
     PUSH,
     SHARE,
+    SIMULTANEOUS,
     SIZE,
     STATE,
     TARGET,
-    TOGETHER,
     WALL,
 )
-from ..modes import FREE, IMPACT, RELEASED, look
+from ..modes import FREE, IMPACT, RELEASED, contact_numbers
 from ..record import note
 from ..sections import count_event
 from .impulses import (
@@ -51,208 +51,211 @@ from .impulses import (
 
 
 @inner
-def rough(x, j):
+def rough(motion, j):
     """Whether wall j has friction."""
-    return len(x.fired) > 3 * len(x.flags) + len(x.modes) and x.cone[len(x.flags) + j] > 0.0
+    return (
+        len(motion.fired) > 3 * len(motion.flags) + len(motion.modes)
+        and motion.cone[len(motion.flags) + j] > 0.0
+    )
 
 
 @inner
-def together(f, j, k, x, o):
+def together(functions, j, work, motion, options):
     """Impact on wall j, and on others at the same instant; False, and nothing done, if alone and smooth.
 
     The impulses and what each wall does are left in `Work.impact`.
     """
-    q, members = k.impact, gather(f, j, k, x, o.near)
-    if members == 1 and not rough(x, j):
+    q, members = work.impact, gather(functions, j, work, motion, options.chatter_time)
+    if members == 1 and not rough(motion, j):
         return False
-    prepare(f, k, x, members)
+    prepare(functions, work, motion, members)
     solve(q, members, 1.0)
     if gain(q, members) > ROUNDING * size(q, members):
         lower(q, members)
-    _apply(f, j, k, x, o, members)
+    _apply(functions, j, work, motion, options, members)
     return True
 
 
 @inner
-def lay(f, j, k, x, o):
+def lay(functions, j, work, motion, options):
     """Take the rate of gap j away by impulses that rub as bodies slide; the share of restitution is 0 then.
 
     A body sticks where it is at rest, or where slip would need a pull.
     """
-    q, members, own = k.impact, gather(f, j, k, x, -1.0), 0
-    prepare(f, k, x, members)
+    q, members, own = work.impact, gather(functions, j, work, motion, -1.0), 0
+    prepare(functions, work, motion, members)
     for held in range(2):
         for i in range(members):
             wall, v_t = int(q[WALL + i]), q[BEFORE + 2 * i + 1]
             slips = SLIPS_UP if v_t > 0.0 else SLIPS_DOWN
-            still = held == 1 or abs(v_t) <= o.rest
-            q[CHOICE + i] = (STICKS if still else slips) if rough(x, wall) else PUSHES
+            still = held == 1 or abs(v_t) <= options.speed_tolerance
+            q[CHOICE + i] = (STICKS if still else slips) if rough(motion, wall) else PUSHES
             own = i if wall == j else own
         if choose(q, members, 0.0) < IMPOSSIBLE and q[PUSH + 2 * own] * q[BEFORE + 2 * own] <= 0.0:
-            _apply(f, j, k, x, o, members)
+            _apply(functions, j, work, motion, options, members)
             q[SHARE] = 0.0
             return
     q[MEMBERS] = 0.0
 
 
 @inner
-def laid(k):
+def laid(work):
     """Whether the impulses in `Work.impact` were written by `lay`."""
-    return k.impact[MEMBERS] > 0.0 and k.impact[SHARE] == 0.0
+    return work.impact[MEMBERS] > 0.0 and work.impact[SHARE] == 0.0
 
 
 @inner
-def plastic(k, wall):
+def plastic(work, wall):
     """Whether the impact leaves a body that meets this wall on it at once."""
-    q, found = k.impact, False
+    q, found = work.impact, False
     for i in range(int(q[MEMBERS])):
         found = found or (q[WALL + i] == wall and q[TARGET + i] == 0.0)
     return found
 
 
 @inner
-def gather(f, j, k, x, near):
-    """Note wall j, walls on which bodies rest, and walls met within the time `near`; their number."""
+def gather(functions, j, work, motion, within):
+    """Note wall j, walls on which bodies rest, and walls met within a time; their number."""
     members = 0
-    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    for i in range(len(x.modes) - len(x.flags)):
-        if i == j or _met(k, x, near, i):
-            x.count[JAMMED] += members == MOST
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    for i in range(len(motion.modes) - len(motion.flags)):
+        if i == j or _met(work, motion, within, i):
+            motion.count[JAMMED] += members == MOST
             members = min(members, MOST - 1)
-            k.impact[WALL + members] = i
+            work.impact[WALL + members] = i
             members += 1
     return members
 
 
 @inner
-def _met(k, x, near, i):
+def _met(work, motion, within, i):
     """Whether wall i takes part in an impact on another."""
-    at = len(x.flags) + i
-    soon = near >= 0.0 and k.contact[6 * at] <= abs(k.contact[6 * at + 2]) * near
-    return x.group[i] >= 0 and (x.modes[at] > RELEASED or soon)
+    at = len(motion.flags) + i
+    soon = within >= 0.0 and work.contact[6 * at] <= abs(work.contact[6 * at + 2]) * within
+    return motion.group[i] >= 0 and (motion.modes[at] > RELEASED or soon)
 
 
 @inner
-def prepare(f, k, x, members):
+def prepare(functions, work, motion, members):
     """Write the rates before an impact, their changes by unit impulses, and the wanted rates at walls."""
-    q = k.impact
+    q = work.impact
     q[MEMBERS], q[SHARE] = members, 1.0
-    for r in range(len(x.s)):
-        q[STATE + r] = x.s[r]
+    for r in range(len(motion.s)):
+        q[STATE + r] = motion.s[r]
     for a in range(2 * members):
         wall = int(q[WALL + a // 2])
-        q[BEFORE + a] = _rate(k, x, a) if a % 2 == 0 or rough(x, wall) else 0.0
+        q[BEFORE + a] = _rate(work, motion, a) if a % 2 == 0 or rough(motion, wall) else 0.0
     for i in range(members):
-        _aim(f, i, k, x)
+        _aim(functions, i, work, motion)
 
 
 @inner
-def push(f, k, x, a):
-    """A unit impulse of unknown a, on the state in x.s."""
-    walls, wall = len(x.modes) - len(x.flags), int(k.impact[WALL + a // 2])
-    f.reset(2 * len(x.modes) + wall + (a % 2) * walls, x.s, x.p)
+def push(functions, work, motion, a):
+    """A unit impulse of unknown a, on the state at the base point."""
+    walls, wall = len(motion.modes) - len(motion.flags), int(work.impact[WALL + a // 2])
+    functions.reset(2 * len(motion.modes) + wall + (a % 2) * walls, motion.s, motion.p)
 
 
 @inner
-def _rate(k, x, a):
+def _rate(work, motion, a):
     """Rate of the gap, or sliding speed, of unknown a, by the last contact numbers."""
-    return k.contact[_place(k, x, a)]
+    return work.contact[_place(work, motion, a)]
 
 
 @inner
-def _place(k, x, a):
+def _place(work, motion, a):
     """Place of rate a among the numbers of contacts."""
-    walls = len(x.modes) - len(x.flags)
-    return 6 * (len(x.flags) + int(k.impact[WALL + a // 2]) + (a % 2) * walls) + 2
+    walls = len(motion.modes) - len(motion.flags)
+    return 6 * (len(motion.flags) + int(work.impact[WALL + a // 2]) + (a % 2) * walls) + 2
 
 
 @inner
-def drive_share(k, x, a):
+def drive_share(work, motion, a):
     """Work of a drive that imposes a speed, per impulse of unknown a, by the last contact numbers."""
-    return k.contact[_place(k, x, a) + 1]
+    return work.contact[_place(work, motion, a) + 1]
 
 
 @inner
-def _aim(f, i, k, x):
+def _aim(functions, i, work, motion):
     """Write the changes of the rates by impulses on the i-th wall, its friction, and its wanted rate."""
-    q, first = k.impact, len(x.flags)
-    wall, walls = int(q[WALL + i]), len(x.modes) - len(x.flags)
-    members, has = int(q[MEMBERS]), rough(x, wall)
+    q, first = work.impact, len(motion.flags)
+    wall, walls = int(q[WALL + i]), len(motion.modes) - len(motion.flags)
+    members, has = int(q[MEMBERS]), rough(motion, wall)
     at = 6 * (first + walls + wall)
-    q[FRICTION + i] = k.contact[at] if has else 0.0
-    r = k.contact[at + 1] if has else 0.0
-    closing = q[BEFORE + 2 * i] < 0.0 and x.modes[first + wall] == FREE
+    q[FRICTION + i] = work.contact[at] if has else 0.0
+    r = work.contact[at + 1] if has else 0.0
+    closing = q[BEFORE + 2 * i] < 0.0 and motion.modes[first + wall] == FREE
     if closing and not has:
-        f.reset(wall, x.s, x.p)
-        look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-        r = -_rate(k, x, 2 * i) / q[BEFORE + 2 * i]
-        _back(k, x)
+        functions.reset(wall, motion.s, motion.p)
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+        r = -_rate(work, motion, 2 * i) / q[BEFORE + 2 * i]
+        _back(work, motion)
     q[TARGET + i] = -r * q[BEFORE + 2 * i] if closing else 0.0
     for a in range(2 * i, 2 * i + 2):
         if a == 2 * i or has:
-            push(f, k, x, a)
-            look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+            push(functions, work, motion, a)
+            contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
         for b in range(2 * members):
-            turned = (a == 2 * i or has) and (b % 2 == 0 or rough(x, int(q[WALL + b // 2])))
-            q[MATRIX + SIZE * b + a] = _rate(k, x, b) - q[BEFORE + b] if turned else 0.0
-        _back(k, x)
+            turned = (a == 2 * i or has) and (b % 2 == 0 or rough(motion, int(q[WALL + b // 2])))
+            q[MATRIX + SIZE * b + a] = _rate(work, motion, b) - q[BEFORE + b] if turned else 0.0
+        _back(work, motion)
 
 
 @inner
-def _back(k, x):
-    for r in range(len(x.s)):
-        x.s[r] = k.impact[STATE + r]
+def _back(work, motion):
+    for r in range(len(motion.s)):
+        motion.s[r] = work.impact[STATE + r]
 
 
 @inner
-def _work(k, x, members):
+def _work(work, motion, members):
     """Add up the work of the impulses: the joints take it in, the drive answers it."""
-    q = k.impact
-    if len(x.work) > JOINTS:
-        x.work[JOINTS] -= gain(q, members)
+    q = work.impact
+    if len(motion.work) > JOINTS:
+        motion.work[JOINTS] -= gain(q, members)
         for a in range(2 * members):
-            x.work[DRIVE] += q[PUSH + a] * drive_share(k, x, a) if q[PUSH + a] != 0.0 else 0.0
+            motion.work[DRIVE] += q[PUSH + a] * drive_share(work, motion, a) if q[PUSH + a] != 0.0 else 0.0
 
 
 @inner
-def bring(f, j, k, x):
+def bring(functions, j, work, motion):
     """Add up the work of bringing a body to rest on wall j as well as on walls on which bodies rest already.
 
     Nothing moves: it is put there by `walls.settle` and `walls.stay`.
     """
-    q, members = k.impact, gather(f, j, k, x, -1.0)
-    prepare(f, k, x, members)
+    q, members = work.impact, gather(functions, j, work, motion, -1.0)
+    prepare(functions, work, motion, members)
     for i in range(members):
         q[CHOICE + i] = PUSHES
     if choose(q, members, 0.0) < IMPOSSIBLE:
-        _work(k, x, members)
+        _work(work, motion, members)
     q[MEMBERS] = 0.0
 
 
 @inner
-def _apply(f, j, k, x, o, members):
+def _apply(functions, j, work, motion, options, members):
     """Note the impacts besides that on wall j; let the impulses act, which are work of joints and drive.
 
     Where neighbours meet walls one after the other, or restitutions were lowered, there are no tangents.
     """
-    first, q, time = len(x.flags), k.impact, x.s[0]
-    x.count[TOGETHER] += q[SHARE] < 1.0
-    _work(k, x, members)
+    first, q, time = len(motion.flags), work.impact, motion.s[0]
+    motion.count[SIMULTANEOUS] += q[SHARE] < 1.0
+    _work(work, motion, members)
     for i in range(members):
         wall = int(q[WALL + i])
-        if wall != j and q[PUSH + 2 * i] > 0.0 and x.modes[first + wall] == FREE:
-            x.count[TOGETHER] += 1
-            x.count[EVENTS] += 1
-            if o.log_events and time >= o.log_from:
-                note(k, x, o, EVENT_ROW, float(first + wall), float(IMPACT), time, 0.0)
+        if wall != j and q[PUSH + 2 * i] > 0.0 and motion.modes[first + wall] == FREE:
+            motion.count[SIMULTANEOUS] += 1
+            motion.count[EVENTS] += 1
+            if options.log_events and time >= options.log_from:
+                note(work, motion, options, EVENT_ROW, float(first + wall), float(IMPACT), time, 0.0)
     for a in range(2 * members):
         if q[PUSH + a] != 0.0:
-            for r in range(len(x.s)):
-                k.ahead[r] = x.s[r]
-            push(f, k, x, a)
-            for r in range(len(x.s)):
-                x.s[r] = k.ahead[r] + q[PUSH + a] * (x.s[r] - k.ahead[r])
+            for r in range(len(motion.s)):
+                work.predicted[r] = motion.s[r]
+            push(functions, work, motion, a)
+            for r in range(len(motion.s)):
+                motion.s[r] = work.predicted[r] + q[PUSH + a] * (motion.s[r] - work.predicted[r])
     for i in range(members):
         wall = int(q[WALL + i])
-        if wall != j and q[PUSH + 2 * i] > 0.0 and x.modes[first + wall] == FREE:
-            count_event(k, x, o, first + wall, IMPACT, time)
+        if wall != j and q[PUSH + 2 * i] > 0.0 and motion.modes[first + wall] == FREE:
+            count_event(work, motion, options, first + wall, IMPACT, time)

@@ -17,81 +17,81 @@ from ..modes import (
     STICK,
     STICK_ONSET,
     balance,
-    look,
+    contact_numbers,
 )
 from .impacts import rough
 
 
 @inner
-def walls_of(x):
+def walls_of(motion):
     """Number of rigid walls; their modes follow the contacts' modes."""
-    return len(x.modes) - len(x.flags)
+    return len(motion.modes) - len(motion.flags)
 
 
 @inner
-def sliding(k, x, o, j):
+def sliding(work, motion, options, j):
     """Mode of a body that rests on wall j, by its present sliding speed."""
-    if not rough(x, j):
+    if not rough(motion, j):
         return RESTING
-    v_t = k.contact[6 * (len(x.modes) + j) + 2]
-    return RESTING if abs(v_t) <= o.rest else (SLIP_POSITIVE if v_t > 0.0 else SLIP_NEGATIVE)
+    v_t = work.contact[6 * (len(motion.modes) + j) + 2]
+    return RESTING if abs(v_t) <= options.speed_tolerance else (SLIP_POSITIVE if v_t > 0.0 else SLIP_NEGATIVE)
 
 
 @inner
-def _together(x, j, mode, fired, margin):
+def _together(motion, j, mode, fired, margin):
     """Set the mode of wall j, and of all in its guide on which the body rests: they slide as one."""
-    for i in range(walls_of(x)):
-        at, rub = len(x.flags) + i, 4 * len(x.flags) + walls_of(x) + i
-        if i == j or (x.group[i] == x.group[j] and x.modes[at] > RELEASED):
-            x.modes[at], x.fired[rub], x.margin[rub] = mode, fired, margin
+    for i in range(walls_of(motion)):
+        at, rub = len(motion.flags) + i, 4 * len(motion.flags) + walls_of(motion) + i
+        if i == j or (motion.group[i] == motion.group[j] and motion.modes[at] > RELEASED):
+            motion.modes[at], motion.fired[rub], motion.margin[rub] = mode, fired, margin
 
 
 @inner
-def _holds(k, x, j):
+def _holds(work, motion, j):
     """Whether a body that sticks to wall j, and others of its guide, is pressed within the friction cone."""
     push, friction = 0.0, 0.0
-    for i in range(walls_of(x)):
-        if x.group[i] == x.group[j] and x.modes[len(x.flags) + i] == STICK:
-            push -= k.contact[6 * (len(x.flags) + i) + 4]
-            friction += k.contact[6 * (len(x.modes) + i) + 4]
-    return abs(friction) <= k.contact[6 * (len(x.modes) + j)] * push
+    for i in range(walls_of(motion)):
+        if motion.group[i] == motion.group[j] and motion.modes[len(motion.flags) + i] == STICK:
+            push -= work.contact[6 * (len(motion.flags) + i) + 4]
+            friction += work.contact[6 * (len(motion.modes) + i) + 4]
+    return abs(friction) <= work.contact[6 * (len(motion.modes) + j)] * push
 
 
 @inner
-def grip(f, j, k, x, o):
+def grip(functions, j, work, motion, options):
     """Decide the sliding of a body on wall j, a rough one, from here on; whether it slips, or sticks."""
-    at, out = len(x.flags) + j, k.contact
-    look(f.contacts, x.modes, x.m, x.s, x.p, out)
-    before, mode = x.modes[at], sliding(k, x, o, j)
+    at, out = len(motion.flags) + j, work.contact
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
+    before, mode = motion.modes[at], sliding(work, motion, options, j)
     if mode != RESTING:
-        _together(x, j, mode, 0, o.rest)
+        _together(motion, j, mode, 0, options.speed_tolerance)
     else:
-        _together(x, j, SLIP_POSITIVE, 1, o.rest)
-        look(f.contacts, x.modes, x.m, x.s, x.p, out)
-        plus, up = out[6 * (len(x.modes) + j) + 5], out[6 * at + 4] < 0.0
-        _together(x, j, SLIP_NEGATIVE, 1, o.rest)
-        look(f.contacts, x.modes, x.m, x.s, x.p, out)
-        mode = balance(plus, out[6 * (len(x.modes) + j) + 5], before)
+        _together(motion, j, SLIP_POSITIVE, 1, options.speed_tolerance)
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
+        plus, up = out[6 * (len(motion.modes) + j) + 5], out[6 * at + 4] < 0.0
+        _together(motion, j, SLIP_NEGATIVE, 1, options.speed_tolerance)
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
+        mode = balance(plus, out[6 * (len(motion.modes) + j) + 5], before)
         pushes = up if mode == SLIP_POSITIVE else out[6 * at + 4] < 0.0
         if mode != STICK and not pushes:
-            _together(x, j, STICK, 0, o.rest)
-            look(f.contacts, x.modes, x.m, x.s, x.p, out)
-            mode = STICK if _holds(k, x, j) else mode
-        _together(x, j, mode, 0 if mode == STICK else 1, o.rest)
-    look(f.contacts, x.modes, x.m, x.s, x.p, out)
+            _together(motion, j, STICK, 0, options.speed_tolerance)
+            contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
+            mode = STICK if _holds(work, motion, j) else mode
+        _together(motion, j, mode, 0 if mode == STICK else 1, options.speed_tolerance)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
 
 
 @inner
-def rub(f, j, k, x, o):
+def rub(functions, j, work, motion, options):
     """Slip on wall j ends at the base point, or sticking does: change modes; the kind of event."""
-    at = len(x.flags) + j
-    if x.modes[at] == STICK:
-        look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+    at = len(motion.flags) + j
+    if motion.modes[at] == STICK:
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
         friction = 0.0
-        for i in range(walls_of(x)):
-            if x.group[i] == x.group[j] and x.modes[len(x.flags) + i] == STICK:
-                friction += k.contact[6 * (len(x.modes) + i) + 4]
-        _together(x, j, SLIP_POSITIVE if friction > 0.0 else SLIP_NEGATIVE, 2, o.rest)
+        for i in range(walls_of(motion)):
+            if motion.group[i] == motion.group[j] and motion.modes[len(motion.flags) + i] == STICK:
+                friction += work.contact[6 * (len(motion.modes) + i) + 4]
+        _together(motion, j, SLIP_POSITIVE if friction > 0.0 else SLIP_NEGATIVE, 2, options.speed_tolerance)
         return SLIP_ONSET
-    grip(f, j, k, x, o)
-    return STICK_ONSET if x.modes[at] == STICK else SLIP_REVERSAL
+    grip(functions, j, work, motion, options)
+    return STICK_ONSET if motion.modes[at] == STICK else SLIP_REVERSAL

@@ -1,17 +1,17 @@
 """Handling of events at rigid walls, compiled only for structures that have some; called by address."""
 
-from ..excited import look
+from ..excited import find_excited
 from ..interface import SIGNATURES, inner
 from ..memory import EVENT_ROW, EVENTS
 from ..modes import REST
 from ..record import note
 from ..sections import count_event
 from .sliding import rub, walls_of
-from .walls import LOOK, START, STEP, begin, hold, stay, strike
+from .walls import SEEK_GROWTH, START, STEP, begin, hold, stay, strike
 
 
 @inner
-def at_wall(f, guard, at, k, x, o):
+def at_wall(functions, guard, at, work, motion, options):
     """Handle an event of a wall's guard at the base point, or the start, or the end of a step.
 
     Where friction elsewhere may excite vibrations, these are looked for here too.
@@ -19,30 +19,30 @@ def at_wall(f, guard, at, k, x, o):
     `at`: the event's row in the log, or -1.
     """
     if guard == START:
-        begin(f, k, x, o)
+        begin(functions, work, motion, options)
         return
     if guard == STEP:
-        stay(f, x)
+        stay(functions, motion)
         return
-    if guard == LOOK:
-        look(f, k, x, o)
+    if guard == SEEK_GROWTH:
+        find_excited(functions, work, motion, options)
         return
-    j, time, lasting = guard - 4 * len(x.flags), x.s[0], -1.0
-    if j < walls_of(x):
-        kind, lasting = strike(f, j, k, x, o)
+    j, time, lasting = guard - 4 * len(motion.flags), motion.s[0], -1.0
+    if j < walls_of(motion):
+        kind, lasting = strike(functions, j, work, motion, options)
     else:
-        j -= walls_of(x)
-        kind = rub(f, j, k, x, o)
-    contact = len(x.flags) + j
+        j -= walls_of(motion)
+        kind = rub(functions, j, work, motion, options)
+    contact = len(motion.flags) + j
     if at >= 0:
-        x.log[at, 1], x.log[at, 2] = contact, kind
-    count_event(k, x, o, contact, kind, time)
+        motion.log[at, 1], motion.log[at, 2] = contact, kind
+    count_event(work, motion, options, contact, kind, time)
     if lasting >= 0.0:
-        hold(f, j, k, x, o)
-        x.count[EVENTS] += 1
+        hold(functions, j, work, motion, options)
+        motion.count[EVENTS] += 1
         if at >= 0:
-            note(k, x, o, EVENT_ROW, float(contact), float(REST), time + lasting, 0.0)
-        count_event(k, x, o, contact, REST, time + lasting)
+            note(work, motion, options, EVENT_ROW, float(contact), float(REST), time + lasting, 0.0)
+        count_event(work, motion, options, contact, REST, time + lasting)
 
 
 UNIT = {"at_wall": SIGNATURES["at_wall"]}

@@ -13,7 +13,7 @@ Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dyn
 """
 
 from ..interface import inner
-from ..memory import ASTRAY, DRIVE, EVALUATIONS, JAMMED, JOINTS, MEMBERS, TARGET, WALL, H
+from ..memory import DRIVE, EVALUATIONS, JAMMED, JOINTS, MEMBERS, REBOUND_ERROR, TARGET, WALL, H
 from ..modes import (
     FREE,
     IMPACT,
@@ -23,7 +23,7 @@ from ..modes import (
     SLIP_NEGATIVE,
     SLIP_POSITIVE,
     STICKS,
-    look,
+    contact_numbers,
     mask,
     touch,
     variant_of,
@@ -31,7 +31,7 @@ from ..modes import (
 from .impacts import bring, laid, lay, plastic, rough, together
 from .sliding import grip, sliding, walls_of
 
-START, STEP, LOOK = -1, -2, -3  # in the place of a guard; the last of excited.at_wall
+START, STEP, SEEK_GROWTH = -1, -2, -3  # in the place of a guard; the last of excited.at_wall
 ROUNDS = 3  # of the iteration for T, each of which gains an order in v
 FEW = 4.0  # margins of a gap: lower rebounds are those of its rounding, which would keep them up
 STEADY = 0.1  # share of a by which it may change until the last impact
@@ -41,10 +41,10 @@ ROOM = 4.0  # heights of a rebound that another wall must be away
 
 
 @inner
-def settle(f, j, x):
+def settle(functions, j, motion):
     """Put the body on wall j, moving with it."""
-    f.reset(walls_of(x) + j, x.s, x.p)
-    f.trig(x.s, x.p)
+    functions.reset(walls_of(motion) + j, motion.s, motion.p)
+    functions.trig(motion.s, motion.p)
 
 
 @inner
@@ -57,231 +57,242 @@ def _lose(contact, at, before, after, work):
 
 
 @inner
-def _ahead(f, j, k, x, o, later):
+def _ahead(functions, j, work, motion, options, later):
     """The rate's own rate of gap j in flight, `later` on from the base point along the motion at rest."""
-    at, s, rates = len(x.flags) + j, k.ahead, 8 * (o.first + 1 + o.n_q + o.n)
-    for r in range(len(x.s)):
-        s[r] = x.s[r]
-    f.reset(walls_of(x) + j, s, x.p)
-    f.trig(s, x.p)
-    for i in range(8 * o.first, rates):
-        k.w[i] = 0.0
-    x.modes[at] = sliding(k, x, o, j)
-    mask(x.modes, x.m)
-    f.rate(variant_of(x.modes), k.w, s, x.p, x.m)
-    x.count[EVALUATIONS] += 1
-    x.modes[at] = FREE
-    for r in range(o.n_q):
-        s[1 + r] += later * s[1 + o.n_q + r]
-    for r in range(o.n):
-        s[1 + o.n_q + r] += later * k.w[rates + 8 * r + 7]
+    at, s, rates = len(motion.flags) + j, work.predicted, 8 * (options.first + 1 + options.n_q + options.n)
+    for r in range(len(motion.s)):
+        s[r] = motion.s[r]
+    functions.reset(walls_of(motion) + j, s, motion.p)
+    functions.trig(s, motion.p)
+    for i in range(8 * options.first, rates):
+        work.w[i] = 0.0
+    motion.modes[at] = sliding(work, motion, options, j)
+    mask(motion.modes, motion.m)
+    functions.rate(variant_of(motion.modes), work.w, s, motion.p, motion.m)
+    motion.count[EVALUATIONS] += 1
+    motion.modes[at] = FREE
+    for r in range(options.n_q):
+        s[1 + r] += later * s[1 + options.n_q + r]
+    for r in range(options.n):
+        s[1 + options.n_q + r] += later * work.w[rates + 8 * r + 7]
     s[0] += later
-    f.trig(s, x.p)
-    look(f.contacts, x.modes, x.m, s, x.p, k.contact)
-    return k.contact[6 * at + 5]
+    functions.trig(s, motion.p)
+    contact_numbers(functions.contacts, motion.modes, motion.m, s, motion.p, work.contact)
+    return work.contact[6 * at + 5]
 
 
 @inner
-def low(v, a, o):
+def low(v, a, options):
     """Whether a rebound with the speed v, with v' = a, is within the tolerance of none."""
-    return v * v <= 2.0 * o.hop * abs(a) or 2.0 * v <= o.near * abs(a) or v <= o.rest
+    return (
+        v * v <= 2.0 * options.height_tolerance * abs(a)
+        or 2.0 * v <= options.chatter_time * abs(a)
+        or v <= options.speed_tolerance
+    )
 
 
 @inner
-def _lasting(f, j, k, x, o, before):
+def _lasting(functions, j, work, motion, options, before):
     """Time until the rebounds from wall j have ended; -1 if they do not end, or the first is too high.
 
     The body has just left the wall, which it met with the speed `before`.
     """
-    at = len(x.flags) + j
-    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    v, a, lasts = k.contact[6 * at + 2], k.contact[6 * at + 5], 0.0
+    at = len(motion.flags) + j
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    v, a, lasts = work.contact[6 * at + 2], work.contact[6 * at + 5], 0.0
     ratio, now = v / before if before > 0.0 else 0.0, a
-    if not (low(v, a, o) and ratio < 1.0):
+    if not (low(v, a, options) and ratio < 1.0):
         return -1.0
     for _ in range(ROUNDS):
-        now = _ahead(f, j, k, x, o, max(lasts / 3.0, o.near))
+        now = _ahead(functions, j, work, motion, options, max(lasts / 3.0, options.chatter_time))
         if not now < 0.0:
             return -1.0
         lasts = -2.0 * max(v, 0.0) / (1.0 - ratio) / now
-    if lasts > o.near:
-        change = abs(_ahead(f, j, k, x, o, lasts) - a) / -now
-        slight = change * v <= x.real[ASTRAY] or 2.0 * v <= o.near * abs(a)
-        slight = slight or v * v <= 2.0 * FEW * o.play * abs(a)
+    if lasts > options.chatter_time:
+        change = abs(_ahead(functions, j, work, motion, options, lasts) - a) / -now
+        slight = change * v <= motion.real[REBOUND_ERROR] or 2.0 * v <= options.chatter_time * abs(a)
+        slight = slight or v * v <= 2.0 * FEW * options.gap_rounding * abs(a)
         if not (change <= STEADY and slight):
             return -1.0
-    for i in range(len(x.flags), len(x.modes)):
-        near = i != at and x.modes[i] == FREE and k.contact[6 * i] <= -ROOM * v * v / (2.0 * now)
-        if near and k.contact[6 * i + 1] >= 0.0 and not _settles_too(k, o, i):
+    for i in range(len(motion.flags), len(motion.modes)):
+        near = i != at and motion.modes[i] == FREE and work.contact[6 * i] <= -ROOM * v * v / (2.0 * now)
+        if near and work.contact[6 * i + 1] >= 0.0 and not _settles_too(work, options, i):
             return -1.0
     return lasts
 
 
 @inner
-def _settles_too(k, o, i):
+def _settles_too(work, options, i):
     """Whether a body near wall i has rebounds as low, which end likewise."""
-    v, a = k.contact[6 * i + 2], k.contact[6 * i + 5]
-    return a < 0.0 and (v * v <= 2.0 * ROOM * o.hop * -a or abs(v) <= o.rest)
+    v, a = work.contact[6 * i + 2], work.contact[6 * i + 5]
+    return a < 0.0 and (
+        v * v <= 2.0 * ROOM * options.height_tolerance * -a or abs(v) <= options.speed_tolerance
+    )
 
 
 @inner
-def _opening(f, j, k, x, o):
+def _opening(functions, j, work, motion, options):
     """Multiplicity with which gap j starts at zero, from the base point, in flight."""
-    at = len(x.flags) + j
-    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    v, a = k.contact[6 * at + 2], k.contact[6 * at + 5]
+    at = len(motion.flags) + j
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    v, a = work.contact[6 * at + 2], work.contact[6 * at + 5]
     if v > 0.0:
         return 1
-    return 2 if abs(a) > 0.5 * abs(_ahead(f, j, k, x, o, o.near)) else 3
+    return 2 if abs(a) > 0.5 * abs(_ahead(functions, j, work, motion, options, options.chatter_time)) else 3
 
 
 @inner
-def strike(f, j, k, x, o):
+def strike(functions, j, work, motion, options):
     """Impact on wall j at the base point, or release from it: the kind of event, and `_lasting`.
 
     `fired` takes the multiplicity with which the gap starts at zero.
     """
-    at, guard = len(x.flags) + j, 4 * len(x.flags) + j
-    k.impact[MEMBERS] = 0.0
-    if x.modes[at] > RELEASED:
-        settle(f, j, x)
-        x.modes[at], x.fired[guard], x.margin[guard] = FREE, 3, o.play
+    at, guard = len(motion.flags) + j, 4 * len(motion.flags) + j
+    work.impact[MEMBERS] = 0.0
+    if motion.modes[at] > RELEASED:
+        settle(functions, j, motion)
+        motion.modes[at], motion.fired[guard], motion.margin[guard] = FREE, 3, options.gap_rounding
         return SEPARATION, -1.0
-    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    if k.contact[6 * at + 1] < 0.0:
-        move(f, j, k, x, o)
-        _slide_on(f, k, x, o)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    if work.contact[6 * at + 1] < 0.0:
+        move(functions, j, work, motion, options)
+        _slide_on(functions, work, motion, options)
         return IMPACT, -1.0
-    before = -k.contact[6 * at + 2]
-    several = before > 0.0 and together(f, j, k, x, o)
+    before = -work.contact[6 * at + 2]
+    several = before > 0.0 and together(functions, j, work, motion, options)
     if before > 0.0 and not several:  # else the gap opens, and rounding alone has closed it
-        f.reset(j, x.s, x.p)
-    x.fired[guard] = _opening(f, j, k, x, o)
-    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+        functions.reset(j, motion.s, motion.p)
+    motion.fired[guard] = _opening(functions, j, work, motion, options)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
     if not several:
-        _lose(k.contact, at, -before, k.contact[6 * at + 2], x.work)
-    throw_off(k, x, o)
+        _lose(work.contact, at, -before, work.contact[6 * at + 2], motion.work)
+    throw_off(work, motion, options)
     if several:
-        _stay_on(f, j, k, x, o)
-    _slide_on(f, k, x, o)
-    return IMPACT, _lasting(f, j, k, x, o, before)
+        _stay_on(functions, j, work, motion, options)
+    _slide_on(functions, work, motion, options)
+    return IMPACT, _lasting(functions, j, work, motion, options, before)
 
 
 @inner
-def move(f, j, k, x, o):
+def move(functions, j, work, motion, options):
     """Jump of the state where there is no wall; contacts begin and end as they then are."""
-    f.reset(j, x.s, x.p)
-    x.fired[4 * len(x.flags) + j] = 0
-    for i in range(len(x.flags)):
-        look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-        u = k.contact[6 * i]
-        if x.modes[i] == FREE and u > 0.0:
-            touch(f.contacts, i, x.flags, x.modes, x.m, x.s, x.p, o.rest, k.contact)
-        elif x.modes[i] > FREE and u < 0.0:
-            x.modes[i] = FREE
-    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    throw_off(k, x, o)
+    flags, modes, m, s, p, out = motion.flags, motion.modes, motion.m, motion.s, motion.p, work.contact
+    functions.reset(j, s, p)
+    motion.fired[4 * len(flags) + j] = 0
+    for i in range(len(flags)):
+        contact_numbers(functions.contacts, modes, m, s, p, out)
+        u = out[6 * i]
+        if modes[i] == FREE and u > 0.0:
+            touch(functions.contacts, i, flags, modes, m, s, p, options.speed_tolerance, out)
+        elif modes[i] > FREE and u < 0.0:
+            modes[i] = FREE
+    contact_numbers(functions.contacts, modes, m, s, p, out)
+    throw_off(work, motion, options)
 
 
 @inner
-def throw_off(k, x, o):
+def throw_off(work, motion, options):
     """Update the modes after a jump of speeds: slip by the new speeds; bodies that leave a wall are free."""
-    for i in range(len(x.flags)):
-        v_t = k.contact[6 * i + 2]
-        if x.flags[i] & STICKS and x.modes[i] > RELEASED and abs(v_t) > o.rest:
-            x.modes[i] = SLIP_POSITIVE if v_t > 0.0 else SLIP_NEGATIVE
-    for i in range(len(x.flags), len(x.modes)):
-        if x.modes[i] > RELEASED and abs(k.contact[6 * i + 2]) > o.rest:
-            guard = 3 * len(x.flags) + i
-            x.modes[i], x.fired[guard], x.margin[guard] = FREE, 1, o.play
+    for i in range(len(motion.flags)):
+        v_t = work.contact[6 * i + 2]
+        if motion.flags[i] & STICKS and motion.modes[i] > RELEASED and abs(v_t) > options.speed_tolerance:
+            motion.modes[i] = SLIP_POSITIVE if v_t > 0.0 else SLIP_NEGATIVE
+    for i in range(len(motion.flags), len(motion.modes)):
+        if motion.modes[i] > RELEASED and abs(work.contact[6 * i + 2]) > options.speed_tolerance:
+            guard = 3 * len(motion.flags) + i
+            motion.modes[i], motion.fired[guard], motion.margin[guard] = FREE, 1, options.gap_rounding
 
 
 @inner
-def _stay_on(f, j, k, x, o):
+def _stay_on(functions, j, work, motion, options):
     """After an impact on wall j, put back bodies that rebound from other walls by less than the tolerance.
 
     Else two bodies that come to rest on two walls might throw each other off without end.
     """
-    q = k.impact
+    q = work.impact
     for i in range(int(q[MEMBERS])):
         wall = int(q[WALL + i])
-        left = wall != j and q[TARGET + i] == 0.0 and x.modes[len(x.flags) + wall] == FREE
-        if left and _lasting(f, wall, k, x, o, 0.0) >= 0.0:
-            hold(f, wall, k, x, o)
+        left = wall != j and q[TARGET + i] == 0.0 and motion.modes[len(motion.flags) + wall] == FREE
+        if left and _lasting(functions, wall, work, motion, options, 0.0) >= 0.0:
+            hold(functions, wall, work, motion, options)
 
 
 @inner
-def _slide_on(f, k, x, o):
+def _slide_on(functions, work, motion, options):
     """After a jump of speeds, decide the sliding of bodies that rest on rough walls."""
-    for j in range(walls_of(x)):
-        if x.modes[len(x.flags) + j] > RELEASED and rough(x, j):
-            grip(f, j, k, x, o)
+    for j in range(walls_of(motion)):
+        if motion.modes[len(motion.flags) + j] > RELEASED and rough(motion, j):
+            grip(functions, j, work, motion, options)
 
 
 @inner
-def hold(f, j, k, x, o):
+def hold(functions, j, work, motion, options):
     """The body rests on wall j from here on."""
-    at = len(x.flags) + j
-    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    if rough(x, j) and (k.contact[6 * at + 2] > o.rest or not plastic(k, j)):
-        lay(f, j, k, x, o)
-        look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    if len(x.work) > JOINTS and resting(x) > 0 and not laid(k) and not plastic(k, j):
-        bring(f, j, k, x)
+    at = len(motion.flags) + j
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    if rough(motion, j) and (work.contact[6 * at + 2] > options.speed_tolerance or not plastic(work, j)):
+        lay(functions, j, work, motion, options)
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    if len(motion.work) > JOINTS and resting(motion) > 0 and not laid(work) and not plastic(work, j):
+        bring(functions, j, work, motion)
     else:
-        _lose(k.contact, at, k.contact[6 * at + 2], 0.0, x.work)
-    settle(f, j, x)
-    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    guard = 4 * len(x.flags) + j  # from here on the push, which has no margin
-    x.fired[guard] = 1 if k.contact[6 * at + 5] >= 0.0 else 0  # it begins to be pressed there
-    x.margin[guard] = 0.0
-    pressed = k.contact[6 * at + 5] < 0.0
-    x.modes[at] = RESTING
-    if resting(x) > 1:
-        stay(f, x)
-    if rough(x, j):
-        grip(f, j, k, x, o)
-        x.count[JAMMED] += pressed and not k.contact[6 * at + 4] < 0.0
+        _lose(work.contact, at, work.contact[6 * at + 2], 0.0, motion.work)
+    settle(functions, j, motion)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    guard = 4 * len(motion.flags) + j  # from here on the push, which has no margin
+    motion.fired[guard] = 1 if work.contact[6 * at + 5] >= 0.0 else 0  # it begins to be pressed there
+    motion.margin[guard] = 0.0
+    pressed = work.contact[6 * at + 5] < 0.0
+    motion.modes[at] = RESTING
+    if resting(motion) > 1:
+        stay(functions, motion)
+    if rough(motion, j):
+        grip(functions, j, work, motion, options)
+        motion.count[JAMMED] += pressed and not work.contact[6 * at + 4] < 0.0
 
 
 @inner
-def stay(f, x):
+def stay(functions, motion):
     """After a step, remove the drift of a body off the walls on which it rests.
 
     Of several it is taken away in turn, until what one gives to the others is small.
     """
-    for _ in range(1 if resting(x) < 2 else SWEEPS):
-        for j in range(walls_of(x)):
-            if x.modes[len(x.flags) + j] > RELEASED:
-                f.trig(x.s, x.p)
-                settle(f, j, x)
+    for _ in range(1 if resting(motion) < 2 else SWEEPS):
+        for j in range(walls_of(motion)):
+            if motion.modes[len(motion.flags) + j] > RELEASED:
+                functions.trig(motion.s, motion.p)
+                settle(functions, j, motion)
 
 
 @inner
-def resting(x):
+def resting(motion):
     """Number of walls on which a body rests."""
     held = 0
-    for j in range(len(x.flags), len(x.modes)):
-        held += x.modes[j] > RELEASED
+    for j in range(len(motion.flags), len(motion.modes)):
+        held += motion.modes[j] > RELEASED
     return held
 
 
 @inner
-def moves_with(k, at, o):
+def moves_with(work, at, options):
     """Whether a body starts on a wall and moves with it."""
-    wall = k.contact[6 * at + 1] >= 0.0
-    return wall and abs(k.contact[6 * at]) <= o.hop and abs(k.contact[6 * at + 2]) <= o.rest
+    wall = work.contact[6 * at + 1] >= 0.0
+    return (
+        wall
+        and abs(work.contact[6 * at]) <= options.height_tolerance
+        and abs(work.contact[6 * at + 2]) <= options.speed_tolerance
+    )
 
 
 @inner
-def begin(f, k, x, o):
+def begin(functions, work, motion, options):
     """Set the initial modes of walls: a body on one that moves with it and is pressed to it rests there."""
-    for j in range(walls_of(x)):
-        at = len(x.flags) + j
-        x.margin[4 * len(x.flags) + j] = o.play
-        look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-        if moves_with(k, at, o):
-            x.fired[4 * len(x.flags) + j] = _opening(f, j, k, x, o)
-            x.real[H] = max(x.real[H], LEAP * o.near)
-            if _lasting(f, j, k, x, o, 0.0) >= 0.0:
-                hold(f, j, k, x, o)
+    for j in range(walls_of(motion)):
+        at = len(motion.flags) + j
+        motion.margin[4 * len(motion.flags) + j] = options.gap_rounding
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+        if moves_with(work, at, options):
+            motion.fired[4 * len(motion.flags) + j] = _opening(functions, j, work, motion, options)
+            motion.real[H] = max(motion.real[H], LEAP * options.chatter_time)
+            if _lasting(functions, j, work, motion, options, 0.0) >= 0.0:
+                hold(functions, j, work, motion, options)

@@ -3,7 +3,7 @@
 An analysis asks for its motions one after another, from anywhere in its code. Beside others it runs in a
 greenlet, which has a stack and a context of its own, in the thread of its caller: where it asks for a motion
 it waits, and the next one goes on, always in the same order. When none can go on, the motions are followed
-together (`side_by_side`), as by an ensemble.
+together (`batch`), as by an ensemble.
 """
 
 from __future__ import annotations
@@ -18,37 +18,35 @@ F = TypeVar("F", bound=Callable[..., Any])
 Question = tuple[Any, ...]
 
 
-class _Seat(greenlet):
+class _BatchedCall(greenlet):
     """A batched call: switched to, it goes on to its next question or its result, and gives that."""
 
 
-def asked(*question: Any) -> Any:
+def batched_answer(*question: Any) -> Any:
     """The answer to a question that a batched call puts; None where the call is alone."""
     here = getcurrent()
-    return here.parent.switch(question) if isinstance(here, _Seat) else None
+    return here.parent.switch(question) if isinstance(here, _BatchedCall) else None
 
 
-def beside(**wanted: Any) -> Callable[[F], F]:
+def batchable(**wanted: Any) -> Callable[[F], F]:
     """Mark an analysis whose cells in a `[vary]` gain by batching, where its keywords are `wanted`."""
 
     def marked(analysis: F) -> F:
-        analysis.beside = wanted  # type: ignore[attr-defined]
+        analysis.batchable = wanted  # type: ignore[attr-defined]
         return analysis
 
     return marked
 
 
-def in_company(
-    asked: bool | None, call: Callable[[], T], answers: Callable[[list[Question]], Sequence[Any]]
+def batched(
+    wanted: bool | None, call: Callable[[], T], answers: Callable[[list[Question]], Sequence[Any]]
 ) -> T:
     """Call alone or, where batching is wanted, as a batch of one."""
-    alone = not asked or isinstance(getcurrent(), _Seat)
-    return call() if alone else side_by_side([call], answers)[0]
+    alone = not wanted or isinstance(getcurrent(), _BatchedCall)
+    return call() if alone else batch([call], answers)[0]
 
 
-def side_by_side(
-    calls: Sequence[Callable[[], T]], answers: Callable[[list[Question]], Sequence[Any]]
-) -> list[T]:
+def batch(calls: Sequence[Callable[[], T]], answers: Callable[[list[Question]], Sequence[Any]]) -> list[T]:
     """Run calls side by side; `answers` gives the answers to all that they ask at once.
 
     Returns
@@ -61,14 +59,14 @@ def side_by_side(
     BaseException
         The first that a call or `answers` raised; calls that wait still end where they wait.
     """
-    seats = [_Seat(call) for call in calls]
+    begun = [_BatchedCall(call) for call in calls]
     try:
-        said = [seat.switch() for seat in seats]  # questions, and results in the end
-        while waiting := [number for number, seat in enumerate(seats) if not seat.dead]:
+        said = [each.switch() for each in begun]  # questions, and results in the end
+        while waiting := [number for number, each in enumerate(begun) if not each.dead]:
             found = answers([said[number] for number in waiting])
             for number, answer in zip(waiting, found, strict=True):
-                said[number] = seats[number].switch(answer)
+                said[number] = begun[number].switch(answer)
         return said
     finally:
-        for seat in seats:
-            seat.throw()
+        for each in begun:
+            each.throw()

@@ -1,4 +1,4 @@
-"""Following a motion one by one, or with others in lanes, and the reasons against lanes."""
+"""Eligibility of motions for lanes: how one is followed, and why it may not go beside others."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ FOLLOWED = "how the motion was followed"
 RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a time
 SAME = 1e-12  # of the last of several times: how far steps between them may differ that are even
 ONE_BY_ONE, IN_LANES, LEFT = range(3)
-# What a result says of a motion: not asked for in lanes, or too few; in lanes; begun there; what hinders it
-WAYS = ("one_by_one", "in_lanes", "left_lanes", *ensemble.HINDRANCES, "tolerance", "records", "exponents")
+# What a result says of a motion: not asked for in lanes, or too few; in lanes; begun there; what excludes it
+ROUTES = ("one_by_one", "in_lanes", "left_lanes", *ensemble.EXCLUSIONS, "tolerance", "records", "exponents")
 
 
-def way(hindrance: str) -> int:
-    """Index in `WAYS` for a motion that is not followed in lanes."""
-    return WAYS.index(hindrance) if hindrance else ONE_BY_ONE
+def route_of(exclusion: str) -> int:
+    """Index in `ROUTES` for a motion that is not followed in lanes."""
+    return ROUTES.index(exclusion) if exclusion else ONE_BY_ONE
 
 
-def both(first: int, then: int) -> int:
-    """The way of a motion in two parts: in lanes if both are."""
+def joined_route(first: int, then: int) -> int:
+    """The route of a motion in two parts: in lanes if both are."""
     return then if first == IN_LANES else first
 
 
-def hindrance(model: Model, request: Any) -> str:
-    """Why a motion cannot be batched, a word of `WAYS`; empty where it can be followed with others.
+def exclusion(model: Model, request: Any) -> str:
+    """Why a motion cannot be batched, a word of `ROUTES`; empty where it can be followed with others.
 
     The request is a trajectory.Request.
     """
-    if found := of_structure(model.structure):
+    if found := structure_exclusion(model.structure):
         return found
     if not request.rtol >= RTOL:
         return "tolerance"
@@ -44,9 +44,9 @@ def hindrance(model: Model, request: Any) -> str:
 
 
 @lru_cache(maxsize=256)
-def of_structure(structure: Linkage | Oscillator) -> str:
+def structure_exclusion(structure: Linkage | Oscillator) -> str:
     """Why a structure cannot be batched."""
-    return ensemble.hindrance(structure)
+    return ensemble.exclusion(structure)
 
 
 def _recorded(model: Model, request: Any) -> bool:

@@ -35,7 +35,7 @@ def refuse_other(record: Study, path: Path) -> None:
         raise InputError([Problem("result", str(path), expected)])
 
 
-def standing(record: Study, path: Path) -> str:
+def result_state(record: Study, path: Path) -> str:
     """A word or two on the result of a study: ``done``, another end, or the differences; empty: none."""
     if not os.path.exists(path):
         return ""

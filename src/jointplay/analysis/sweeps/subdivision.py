@@ -1,10 +1,10 @@
 """Adaptive maps: boxes of a grid that are halved where points on them differ, down to neighbouring points.
 
 A box is a stretch of grid points along each axis. Its corners are computed first. Where points that are
-computed on it, on its border too, do not look alike, it is halved along every axis and the corners of the
-parts are computed; so on, until nothing differs or nothing lies between. A point inside a box whose points
-are alike is not computed: its nearest corner stands for it. Which points are computed follows from their
-looks alone, and not from when or where they were computed.
+computed on it, on its border too, have features that differ, it is halved along every axis and the corners
+of the parts are computed; so on, until nothing differs or nothing lies between. A point inside a box whose
+points are alike is not computed: its nearest corner stands for it. Which points are computed follows from
+their features alone, and not from when or where they were computed.
 
 Validity: what lies within a box and touches no point on it is not seen; the coarsest box sets how small that
 may be.
@@ -19,10 +19,10 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from jointplay.analysis.labels import PLANE, Out
-from jointplay.solver.motion.looks import part
+from jointplay.solver.motion.progress import part
 
 Point = tuple[int, ...]
-Look = TypeVar("Look")
+Features = TypeVar("Features")
 
 
 class Box(NamedTuple):
@@ -66,10 +66,10 @@ def coarse(shape: tuple[int, ...], levels: int) -> list[Box]:
 def refined(
     shape: tuple[int, ...],
     levels: int,
-    alike: Callable[[list[Look]], bool],
-    looked: Callable[[list[Point], Callable[[float], None] | None], dict[Point, Look]],
+    alike: Callable[[list[Features]], bool],
+    evaluated: Callable[[list[Point], Callable[[float], None] | None], dict[Point, Features]],
     progress: Callable[[float], None] | None = None,
-) -> tuple[list[Box], dict[Point, Look]]:
+) -> tuple[list[Box], dict[Point, Features]]:
     """Evaluate points, in rounds, until no box has points on it that differ.
 
     Parameters
@@ -79,26 +79,26 @@ def refined(
     levels : int
         How often the coarsest boxes can be halved.
     alike : callable
-        Whether points with these looks may stand for each other.
-    looked : callable
-        Gives the looks of some points, in the grid's order, and is to tell how far it is.
+        Whether points with these features may stand for each other.
+    evaluated : callable
+        Gives the features of some points, in the grid's order, and is to tell how far it is.
     progress : callable, optional
         Called with the fraction done; how many rounds there will be is unknown.
 
     Returns
     -------
-    boxes, looks
-        The boxes that are left, in the grid's order, and the looks of all points that were computed.
+    boxes, features
+        The boxes that are left, in the grid's order, and the features of all points that were computed.
     """
-    boxes, looks, left = coarse(shape, levels), {}, 1.0
-    while needed := sorted({corner for box in boxes for corner in box.corners} - looks.keys()):
-        looks |= looked(needed, part(progress, 1 - left, 1 - left / 2))
+    boxes, features, left = coarse(shape, levels), {}, 1.0
+    while needed := sorted({corner for box in boxes for corner in box.corners} - features.keys()):
+        features |= evaluated(needed, part(progress, 1 - left, 1 - left / 2))
         left /= 2
         table = np.empty(shape, dtype=object)
-        for point, look in looks.items():
-            table[point] = look
+        for point, feature in features.items():
+            table[point] = feature
         boxes = [part for box in boxes for part in _halved(box, table, alike)]
-    return boxes, looks
+    return boxes, features
 
 
 OUTS = {
@@ -107,23 +107,25 @@ OUTS = {
 }
 
 
-def told(computed: dict[Point, Look], level: np.ndarray) -> dict[str, np.ndarray]:
+def variables(computed: dict[Point, Features], level: np.ndarray) -> dict[str, np.ndarray]:
     """Values of `OUTS`: the computed points, and the fineness of the map."""
     done = np.zeros(level.shape, dtype=np.int8)
     done[tuple(np.transpose(list(computed)))] = 1
     return {"computed": done, "refinement_level": level.astype(np.int8)}
 
 
-def _halved(box: Box, table: np.ndarray, alike: Callable[[list[Look]], bool]) -> list[Box]:
+def _halved(box: Box, table: np.ndarray, alike: Callable[[list[Features]], bool]) -> list[Box]:
     """The box, or its parts where it is to be halved, which are halved in turn as far as is known."""
     inside = table[tuple(slice(low, high + 1) for low, high in zip(box.low, box.high, strict=True))]
-    known = [look for look in inside.flat if look is not None]
+    known = [feature for feature in inside.flat if feature is not None]
     if any(table[corner] is None for corner in box.corners) or alike(known) or not (parts := box.parts):
         return [box]
     return [each for part in parts for each in _halved(part, table, alike)]
 
 
-def standing(shape: tuple[int, ...], boxes: list[Box], computed: dict[Point, Look]) -> tuple[np.ndarray, ...]:
+def representatives(
+    shape: tuple[int, ...], boxes: list[Box], computed: dict[Point, Features]
+) -> tuple[np.ndarray, ...]:
     """For each grid point, the computed one that stands for it (flat index) and its box's level.
 
     A point that is computed stands for itself; one on several boxes belongs to the finest of them.

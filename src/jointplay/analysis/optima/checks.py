@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from jointplay.analysis.coexisting.region import Region
-from jointplay.analysis.gradients import wanted
+from jointplay.analysis.gradients import selection
 from jointplay.analysis.rules import turns_alike
 from jointplay.analysis.vary import axes, repeated
 from jointplay.display.errors import InputError, Problem
@@ -22,7 +22,7 @@ def bounds_fit(mechanism: Mechanism | TestSystem, by: Region, ideal: bool) -> It
     """Yield the problems of variables and their bounds."""
     if not by:
         yield Problem("by", by, "at least one parameter with its lowest and highest value is accepted")
-    wrong = [*wanted.parameters_fit(mechanism, tuple(by), ()), *repeated(by, "by")]
+    wrong = [*selection.parameters_fit(mechanism, tuple(by), ()), *repeated(by, "by")]
     yield from (replace(each, key="by") for each in wrong)
     for key, (low, high) in by.items() if not wrong else ():
         value = Parameter(mechanism, key).value
@@ -64,7 +64,7 @@ def aim_fits(
     named = tuple(name for name in (least, most, *(subject or ())) if name)
     yield from (
         replace(each, key="subject" if each.given in (subject or ()) else "least" if least else "most")
-        for each in wanted.quantities_fit(mechanism, named, orbit)
+        for each in selection.quantities_fit(mechanism, named, orbit)
     )
     for name, (low, high) in (subject or {}).items():
         if not low < high:
@@ -93,5 +93,5 @@ def contacts(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
     """Names of the contacts whose force can be kept above a margin."""
     if isinstance(mechanism, TestSystem):
         return ()
-    usual = wanted.usual_quantities(mechanism)
+    usual = selection.usual_quantities(mechanism)
     return tuple(name.removeprefix("largest:") for name in usual if name.startswith(f"largest:{FORCE}"))

@@ -1,6 +1,6 @@
 """Progress reports and clean stops of a long computation, between two of its pieces.
 
-Compiled code runs in pieces (pieces), and long loops of Python have passes: each calls `look`. What tells
+Compiled code runs in pieces (pieces), and long loops of Python have passes: each calls `tick`. What tells
 knows nothing of who asked; what runs deep inside an analysis needs no callable handed down.
 """
 
@@ -17,7 +17,7 @@ from contextvars import ContextVar
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
-from jointplay.display.terminal import asked_for
+from jointplay.display.terminal import requested_progress
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -29,7 +29,7 @@ class Stopped(KeyboardInterrupt):
     """End of a run between two pieces, with its results so far kept."""
 
 
-class Late(KeyboardInterrupt):
+class Aborted(KeyboardInterrupt):
     """End of a run, wherever it is, that made no check in time: complete results are kept."""
 
 
@@ -66,7 +66,7 @@ def reported(analysis: Callable[P, T]) -> Callable[P, T]:
     @wraps(analysis)
     def call(*arguments, progress: bool | Callable[[float], None] | None = None, **keywords):
         if isinstance(progress, bool):
-            with asked_for(progress, analysis.__name__) as told:
+            with requested_progress(progress, analysis.__name__) as told:
                 return call(*arguments, progress=told, **keywords)
         if not callable(progress):  # None, or what the analysis refuses
             return analysis(*arguments, progress=progress, **keywords)
@@ -95,7 +95,7 @@ def from_progress(error: Exception) -> bool:
     return reporter is not None and reporter.error is error
 
 
-def look() -> None:
+def tick() -> None:
     """Report that the computation still runs; end it here if `stop` was called.
 
     Raises
@@ -110,10 +110,10 @@ def look() -> None:
         raise Stopped
 
 
-def seen(passes: Iterable[T]) -> Iterator[T]:
-    """The same items, with a `look` before each."""
+def ticked(passes: Iterable[T]) -> Iterator[T]:
+    """The same items, with a `tick` before each."""
     for each in passes:
-        look()
+        tick()
         yield each
 
 
@@ -134,8 +134,8 @@ _stop = _Stop()
 
 
 @contextmanager
-def keeping(kept: bool = True) -> Iterator[None]:
-    """Let `stop` end computations in the block at their next `look`; where none came, at the block's end."""
+def stoppable(kept: bool = True) -> Iterator[None]:
+    """Let `stop` end computations in the block at their next `tick`; where none came, at the block's end."""
     _stop.reset(heeded=kept)
     left = False
     try:
@@ -148,7 +148,7 @@ def keeping(kept: bool = True) -> Iterator[None]:
 
 
 def stop() -> bool:
-    """Make the running computation end at its next `look` and keep its results; False where none does so.
+    """Make the running computation end at its next `tick` and keep its results; False where none does so.
 
     Where no look comes soon, as while something compiles, the main thread is interrupted all the same.
 
@@ -158,7 +158,7 @@ def stop() -> bool:
         In that interrupt, which calls this once more.
     """
     if _stop.late:
-        raise Late
+        raise Aborted
     if not _stop.heeded or _stop.asked:
         return False
     _stop.asked = True

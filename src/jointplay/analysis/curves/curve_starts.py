@@ -21,7 +21,7 @@ from jointplay.solver.mechanism.base import accepts
 if TYPE_CHECKING:
     import xarray as xr
 
-BESIDE = 1e-2  # of the branch: how far from a grazing an orbit on its other side may be
+OTHER_SIDE = 1e-2  # of the branch: how far from a grazing an orbit on its other side may be
 ACCEPTED = "a result of continuation"
 
 
@@ -84,12 +84,14 @@ def starts_in(
             (search(at(value, state, turns), Search(0, tolerance)), value)
             for value, state, turns in _candidates(branches, special, kind)
         )
-        if start := _beside((each for each in orbits if not each[0].status), event):
+        if start := _fewer_events((each for each in orbits if not each[0].status), event):
             found.append((Begin(FROM.get(kind, kind), start[0], np.zeros(2), event), start[1]))
     return sorted(found, key=lambda each: each[0].kind == "grazing")
 
 
-def _beside(orbits: Iterator[tuple[Orbit, float]], event: tuple[int, int]) -> tuple[Orbit, float] | None:
+def _fewer_events(
+    orbits: Iterator[tuple[Orbit, float]], event: tuple[int, int]
+) -> tuple[Orbit, float] | None:
     """The one with fewer events of the first two orbits that differ by an event; without one, the first."""
     known: list[tuple[Orbit, float]] = []
     for orbit, value in orbits:
@@ -112,5 +114,5 @@ def _candidates(
         return
     away = np.abs(values - values[p])
     for i in sorted(range(max(p - 2, 0), min(p + 3, len(values))), key=lambda i: (away[i], abs(i - p))):
-        if away[i] <= BESIDE * np.ptp(values):
+        if away[i] <= OTHER_SIDE * np.ptp(values):
             yield float(values[i]), branches["orbit_state"].values[b, i], turns

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from jointplay.analysis.sweeps.quarters import Box, coarse, refined, standing
-from jointplay.analysis.sweeps.refine import Look, alike
+from jointplay.analysis.sweeps.refine import Features, alike
+from jointplay.analysis.sweeps.subdivision import Box, coarse, refined, representatives
 
 
 def run(shape, levels, function, told=lambda looks: len(set(looks)) < 2, shuffle=False):
@@ -20,7 +20,7 @@ def run(shape, levels, function, told=lambda looks: len(set(looks)) < 2, shuffle
         return {point: function(*point) for point in points}
 
     boxes, computed = refined(shape, levels, told, looked)
-    place, level = standing(shape, boxes, computed)
+    place, level = representatives(shape, boxes, computed)
     values = np.array([function(*np.unravel_index(at, shape)) for at in place.flat]).reshape(shape)
     return computed, values, level, boxes, rounds
 
@@ -120,20 +120,20 @@ def test_boxes_cover_the_grid_and_parts_their_box():
 @pytest.mark.parametrize(
     ("other", "same"),
     [
-        (Look(0, 1, -1.2, 0.01), True),
-        (Look(0, 1, -1.6, 0.01), False),
-        (Look(0, 1, -1.6, 0.5), True),
-        (Look(0, 1, -1.6, math.nan), False),
-        (Look(0, 1, math.nan, math.nan), False),
-        (Look(0, 1, -math.inf, math.nan), False),
-        (Look(0, 2, -1.0, 0.01), False),
-        (Look(4, 1, -1.0, 0.01), False),
+        (Features(0, 1, -1.2, 0.01), True),
+        (Features(0, 1, -1.6, 0.01), False),
+        (Features(0, 1, -1.6, 0.5), True),
+        (Features(0, 1, -1.6, math.nan), False),
+        (Features(0, 1, math.nan, math.nan), False),
+        (Features(0, 1, -math.inf, math.nan), False),
+        (Features(0, 2, -1.0, 0.01), False),
+        (Features(4, 1, -1.0, 0.01), False),
     ],
 )
 def test_motions_are_alike_by_period_status_and_exponent(other, same):
-    one = Look(0, 1, -1.0, 0.01)
+    one = Features(0, 1, -1.0, 0.01)
     assert alike(0.5)([(one,), (other,)]) == same
     assert alike(0.5)([(one, one), (one, other)]) == same
     assert alike(0.5)([(one,)])
-    unknown = Look(0, 1, math.nan, math.nan)
-    assert alike(0.5)([(unknown,), (Look(0, 1, math.nan, math.nan),)])
+    unknown = Features(0, 1, math.nan, math.nan)
+    assert alike(0.5)([(unknown,), (Features(0, 1, math.nan, math.nan),)])

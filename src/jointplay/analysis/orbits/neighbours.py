@@ -22,12 +22,12 @@ def outside(q: Any) -> np.ndarray:
     return np.flatnonzero((q < 0.0) | (q > 1.0))
 
 
-def apart(one: Point, other: Point) -> float:
+def distance(one: Point, other: Point) -> float:
     """Distance of two points on the same section."""
     return float(np.linalg.norm(one.z - other.z))
 
 
-def alike(one: Point, other: Point) -> bool:
+def same_orbit_events(one: Point, other: Point) -> bool:
     """Whether the orbits of two points have the same events."""
     return same_events(one.orbit.image.events, other.orbit.image.events)
 
@@ -54,10 +54,10 @@ def shifted(family: Family, point: Point, angle: float) -> Point:
     section = point.orbit.map
     there, here = section.moved(point.orbit.state, angle)
     neighbour, state = family.placed(z, point)
-    beside = neighbour.moved(state, angle)[1]
-    if here.status or beside.status:
+    neighbour_there = neighbour.moved(state, angle)[1]
+    if here.status or neighbour_there.status:
         return point
     like = replace(point, orbit=replace(point.orbit, map=there, state=here.state), directions=None)
-    along = np.append(there.differ(beside.state, here.state) / point.unit, family.place(z) - point.q)
+    along = np.append(there.differ(neighbour_there.state, here.state) / point.unit, family.place(z) - point.q)
     along /= np.linalg.norm(along)
     return solve(family, like, like.z, along) or point

@@ -9,7 +9,7 @@ from functools import partial
 
 import pytest
 
-from jointplay.solver.motion.company import asked, in_company, side_by_side
+from jointplay.solver.motion.batching import batch, batched, batched_answer
 
 
 def call(name, questions, seen):
@@ -17,7 +17,7 @@ def call(name, questions, seen):
     found = []
     for number in range(questions):
         seen.append(f"{name}{number}")
-        found.append(asked(name, number))
+        found.append(batched_answer(name, number))
     return found
 
 
@@ -29,14 +29,14 @@ def test_calls_wait_for_each_other_and_have_their_own_answers():
         return [f"{name}:{number}" for name, number in questions]
 
     names = {"a": 2, "b": 0, "c": 3}
-    found = side_by_side([lambda n=n, k=k: call(n, k, seen) for n, k in names.items()], answers)
+    found = batch([lambda n=n, k=k: call(n, k, seen) for n, k in names.items()], answers)
     assert found == [["a:0", "a:1"], [], ["c:0", "c:1", "c:2"]]
     assert rounds == [[("a", 0), ("c", 0)], [("a", 1), ("c", 1)], [("c", 2)]]
     assert seen == ["a0", "c0", "a1", "c1", "c2"]
 
 
 def test_a_call_alone_has_no_answer():
-    assert asked("a") is None
+    assert batched_answer("a") is None
     assert call("a", 1, []) == [None]
 
 
@@ -51,11 +51,11 @@ def test_an_error_ends_all_calls(error):
             ended.append(1)
 
     def wrong():
-        asked("x")
+        batched_answer("x")
         raise error("wrong")
 
     with pytest.raises(error, match="wrong"):
-        side_by_side([waits, wrong, waits], lambda questions: [1] * len(questions))
+        batch([waits, wrong, waits], lambda questions: [1] * len(questions))
     assert seen == ["a0", "a0", "a1"]
     assert ended == [1, 1]
 
@@ -65,7 +65,7 @@ def test_calls_end_when_nobody_answers():
 
     def waits():
         try:
-            asked("x")
+            batched_answer("x")
         finally:
             ended.append(1)
 
@@ -73,7 +73,7 @@ def test_calls_end_when_nobody_answers():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        side_by_side([waits, waits], stopped)
+        batch([waits, waits], stopped)
     assert ended == [1, 1]
 
 
@@ -81,9 +81,9 @@ def test_calls_stay_in_the_thread_of_their_caller():
     """A signal's handler, as that of Ctrl-C, interrupts them themselves."""
 
     def asks():
-        return asked("x") and threading.get_ident()
+        return batched_answer("x") and threading.get_ident()
 
-    found = side_by_side([threading.get_ident, asks, asks], lambda questions: [1] * len(questions))
+    found = batch([threading.get_ident, asks, asks], lambda questions: [1] * len(questions))
     assert found == [threading.get_ident()] * 3
 
 
@@ -97,7 +97,7 @@ def test_threads_have_calls_of_their_own_beside_each_other():
 
     def run(name):
         own = threading.get_ident()
-        found = side_by_side([partial(call, name, 2, []), partial(call, name, 2, [])], answers)
+        found = batch([partial(call, name, 2, []), partial(call, name, 2, [])], answers)
         return found == [[(own, name, 0), (own, name, 1)]] * 2
 
     with ThreadPoolExecutor(2) as pool:
@@ -109,16 +109,16 @@ def test_what_a_call_sets_in_its_context_is_its_own():
 
     def count():
         own.set(own.get() + 1)
-        asked("x")
+        batched_answer("x")
         return own.get()
 
     own.set(5)
-    assert side_by_side([count, count], lambda questions: questions) == [1, 1]
+    assert batch([count, count], lambda questions: questions) == [1, 1]
     assert own.get() == 5
 
 
-def test_company_is_asked_for_once():
-    """Within company there is no other."""
+def test_a_batch_within_a_batch_is_part_of_it():
+    """A call in a batch that wants one of its own waits with the others."""
     count = []
 
     def answers(questions):
@@ -126,9 +126,9 @@ def test_company_is_asked_for_once():
         return [7] * len(questions)
 
     def inner():
-        return in_company(True, lambda: asked("x"), answers)
+        return batched(True, lambda: batched_answer("x"), answers)
 
-    assert side_by_side([inner, inner], answers) == [7, 7]
+    assert batch([inner, inner], answers) == [7, 7]
     assert count == [2]
-    assert in_company(True, lambda: asked("x"), answers) == 7
-    assert in_company(None, lambda: asked("x"), answers) is None
+    assert batched(True, lambda: batched_answer("x"), answers) == 7
+    assert batched(None, lambda: batched_answer("x"), answers) is None
