@@ -22,13 +22,11 @@ from jointplay.analysis.evaluate import (
 from jointplay.analysis.exponents.section_exponents import timeless
 from jointplay.analysis.keywords import Lasting, Moving, Names, analysis, listed
 from jointplay.analysis.labels import coded, described, labelled
-from jointplay.analysis.orbits.orbit_request import start_fits
 from jointplay.analysis.partial import MOST, evaluated
-from jointplay.analysis.quantities import BALANCE, EVENTS, recorded
+from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.analysis.starts import moved, placed, whole_names
 from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
-from jointplay.display.errors import InputError, Problem, refuse
-from jointplay.solver.mechanism.assemble import assemble
+from jointplay.display.errors import Problem, refuse
 from jointplay.solver.mechanism.base import Flag, Natural, NonNegative
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
@@ -61,10 +59,7 @@ def _within_the_run(
     """Yield a problem for the first sample after the end of the run."""
     if at is None or (turns is None) == (duration is None):
         return
-    try:
-        period = assemble(mechanism).period
-    except InputError:
-        return  # what is wrong with the mechanism is said elsewhere
+    period = rules.nominal_period(mechanism)
     end = transient * period + (turns * period if duration is None else duration)
     late = next((i for i, time in enumerate(at) if time > end * (1 + 1e-12)), None)
     if late is not None:
@@ -94,6 +89,10 @@ def _samples_fit(
         yield from rules.samples_fit(mechanism, turns, duration, samples_per_turn or SAMPLES_PER_TURN)
 
 
+def _started(mechanism: Mechanism | TestSystem, initial: Any, section: Any, record: Any) -> Model:
+    return rules.recorded_from(mechanism, initial, section, record, placed)
+
+
 @analysis(
     _length_fits,
     *BESIDE_WINDOWS,
@@ -102,11 +101,12 @@ def _samples_fit(
     _samples_fit,
     rules.section_fits,
     rules.record_fits,
-    deferred=[start_fits],
+    model=_started,
 )
-def simulate(
+def simulate(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
+    model: Model,
     record: Names | None = None,
     samples_per_turn: Natural | None = None,
     windows: Windows | None = None,
@@ -157,7 +157,6 @@ def simulate(
     if windows is not None and motion["turns"] is None:
         motion["turns"] = windows[-1][1]
     names = recorded(record, mechanism)
-    model = placed(mechanism, motion["initial"], section, any(name in names for name in BALANCE))
     begin, end = rules.span(model, motion)
     begin = windows[0][0] * model.period if windows else begin
     many = SAMPLES_PER_TURN if samples_per_turn is None else samples_per_turn

@@ -26,7 +26,7 @@ import xarray as xr
 from jointplay.analysis.keywords import Length, Motion, Moving, analysis
 from jointplay.analysis.labels import coded, number
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.rules import start_fits, steps
+from jointplay.analysis.rules import steps
 from jointplay.display.errors import Problem
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Positive, unit
@@ -70,7 +70,7 @@ def _linear_contact(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
             yield Problem(key, joint.contact.law, "'kelvin_voigt' is accepted")
 
 
-@analysis(unknown_peers, _linear_contact, start_fits, usual={"rtol": RTOL})
+@analysis(unknown_peers, _linear_contact, "model", usual={"rtol": RTOL})
 def work_precision(
     mechanism: Moving,
     *,

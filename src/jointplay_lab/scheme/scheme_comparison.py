@@ -24,7 +24,6 @@ from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.keywords import Motion, Moving, Rtol, analysis, several
 from jointplay.analysis.labels import coded, number
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.rules import start_fits
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
 from jointplay.display.errors import InputError, refuse
 from jointplay.solver.codegen import cache
@@ -80,7 +79,7 @@ COMPARED = ("deflection", "angle", "reaction")
 MEASURES = (*COMPARED[:2], "force")
 
 
-@analysis(elastic_mechanism, start_fits, usual={"rtol": RTOL})
+@analysis(elastic_mechanism, "model", usual={"rtol": RTOL})
 def scheme_comparison(
     mechanism: Moving,
     *,

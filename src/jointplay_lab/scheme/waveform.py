@@ -26,7 +26,6 @@ from jointplay.analysis.evaluate import attributes, dataset
 from jointplay.analysis.keywords import Moving, Progress, Start, analysis
 from jointplay.analysis.labels import coded, number
 from jointplay.analysis.quantities import STATUS, recorded
-from jointplay.analysis.rules import start_fits
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
 from jointplay.display.errors import Problem
 from jointplay.solver.mechanism.assemble import assemble
@@ -70,7 +69,7 @@ def elastic_mechanism(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
         yield Problem("mechanism", mechanism, text)
 
 
-@analysis(elastic_mechanism, start_fits)
+@analysis(elastic_mechanism, "model")
 def waveform(
     mechanism: Moving,
     *,

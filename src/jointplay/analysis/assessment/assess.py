@@ -149,9 +149,7 @@ def _along_fits(mechanism: Mechanism | TestSystem, along: Sequence[str] | None) 
             )
 
 
-@analysis(
-    _assessable, _along_fits, rules.start_fits, rules.turns_alike, usual={"rtol": RTOL}, outputs=OUTPUTS
-)
+@analysis(_assessable, _along_fits, "model", rules.turns_alike, usual={"rtol": RTOL}, outputs=OUTPUTS)
 def assess(
     mechanism: Moving,
     *,

@@ -37,7 +37,6 @@ from jointplay.analysis.period import REPEATS
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.basin_uncertainty import wilson
 from jointplay.analysis.states.ends import Observation
-from jointplay.analysis.states.start_plane import section_of
 from jointplay.analysis.sweeps import gather
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.bifurcation import Over, lanes_fit, names, record_fits
@@ -51,6 +50,7 @@ from jointplay.display.units import measure
 from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
+from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
 from jointplay.solver.motion.ensemble_runs import in_lanes
 from jointplay.solver.motion.looks import part
@@ -68,8 +68,8 @@ ROUNDS = 200  # of carrying, at most
 SHARES = (0.0, 0.7, 0.8, 1.0)  # of the progress: seeding, carrying, describing
 
 
-def _start_fits(varied: Mechanism | TestSystem, initial: Any) -> None:
-    rules.assembled_at(varied, initial)
+def _started(varied: Mechanism | TestSystem, initial: Any) -> Model:
+    return rules.on_section(varied, initial)
 
 
 def answer(result: xr.Dataset) -> str:
@@ -147,9 +147,10 @@ OUTPUTS = Outputs(
     rules.each_alike,
     region_fits,
     record_fits,
-    _start_fits,
+    "model",
     lanes_fit,
     varied=at_largest,
+    model=_started,
     outputs=OUTPUTS,
     usual={"rtol": RTOL},
 )
@@ -392,7 +393,7 @@ def _warm(mechanism, changes, initial, exponents: bool, ensemble: bool) -> None:
     for change in (changes[0], changes[-1]):
         try:
             here = mechanism.varied(change)
-            model = assemble(here, initial, section_of(here))
+            model = assemble(here, initial, rules.section_of(here))
         except InputError:
             continue  # its cell says so
         warm([model], ensemble)
