@@ -9,8 +9,7 @@ from typing import Any
 
 from jointplay.display.errors import Problem
 from jointplay.solver.mechanism.loops import ideal
-from jointplay.solver.mechanism.loops.closure import open_arcs
-from jointplay.solver.mechanism.loops.loop import find_four_bar
+from jointplay.solver.mechanism.loops.four_bar import find_four_bar
 from jointplay.solver.mechanism.records import Mechanism
 
 
@@ -57,7 +56,7 @@ def _stuck(mechanism: Mechanism, arcs: tuple[tuple[float, float], ...]) -> Probl
 def _open(mechanism: Mechanism) -> tuple[tuple[float, float], ...]:
     """From where to where the driven link finds the mechanism open, rad."""
     if loop := find_four_bar(mechanism.joints, mechanism.crank):
-        return open_arcs(loop, sum(joint.clearance for joint in mechanism.joints))
+        return loop.open_arcs(sum(joint.clearance for joint in mechanism.joints))
     return _led_round(_Geometry(mechanism))
 
 
