@@ -26,9 +26,9 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 38_565,
-    "code lines of its analyses": 12_079,
-    "code lines of all three packages": 43_824,
+    "code lines of the suite": 38_561,
+    "code lines of its analyses": 12_077,
+    "code lines of all three packages": 43_820,
     "files of the suite": 402,
     "files with one reader": 95,
     "entries at the top of the suite": 10,

@@ -28,7 +28,6 @@ from jointplay.analysis.labels import coded, number
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import steps
 from jointplay.display.errors import Problem
-from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Positive, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
@@ -71,9 +70,10 @@ def _linear_contact(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
 
 
 @analysis(unknown_peers, _linear_contact, "model", usual={"rtol": RTOL})
-def work_precision(
+def work_precision(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
+    model: Model,
     turns: Length = 1,
     tolerances: Tolerances = TOLERANCES,
     peers: Peers = tuple(PEERS),
@@ -121,7 +121,7 @@ def work_precision(
     from jointplay_lab.precision.truth import Truth
 
     plan = Plan(tolerances, peers)
-    model, limit = assemble(mechanism, motion["initial"]), steps(motion["max_steps"])
+    limit = steps(motion["max_steps"])
     end = turns * model.period
     truth = Truth.of(model, motion["rtol"], end, limit)
     rows = [

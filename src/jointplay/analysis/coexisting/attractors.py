@@ -50,8 +50,7 @@ from jointplay.display.units import measure
 from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
-from jointplay.solver.mechanism.model import Model
-from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
+from jointplay.solver.mechanism.records import CrankAngle
 from jointplay.solver.motion.ensemble_runs import in_lanes
 from jointplay.solver.motion.looks import part
 
@@ -66,10 +65,6 @@ ABSENT = -1  # period of a motion at a value where it is not there
 MISSED = 0.05  # chance that a basin of `fraction_missed` has no start in it
 ROUNDS = 200  # of carrying, at most
 SHARES = (0.0, 0.7, 0.8, 1.0)  # of the progress: seeding, carrying, describing
-
-
-def _started(varied: Mechanism | TestSystem, initial: Any) -> Model:
-    return rules.on_section(varied, initial)
 
 
 def answer(result: xr.Dataset) -> str:
@@ -150,7 +145,7 @@ OUTPUTS = Outputs(
     "model",
     lanes_fit,
     varied=at_largest,
-    model=_started,
+    model=lambda varied, initial: rules.on_section(varied, initial),
     outputs=OUTPUTS,
     usual={"rtol": RTOL},
 )
