@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 
 import jointplay as jp
-from jointplay.solver.mechanism.loops.closure import ideal_state
+from jointplay.solver.mechanism.loops.ideal import ideal_state
 
 IMAGE = Path(__file__).with_name("images") / "four_bar.png"
 MECHANISM = jp.catalog.chunmei2002()
@@ -28,7 +28,7 @@ def along(start: np.ndarray, angle: float, distance: float) -> np.ndarray:
 
 def places() -> tuple[dict[str, np.ndarray], dict[str, float]]:
     """Where the joints are, m, and the angles of the links, rad."""
-    angles, _ = ideal_state(MECHANISM, CRANK_ANGLE)
+    angles, *_ = ideal_state(MECHANISM, CRANK_ANGLE)
     found = {name: np.array(MECHANISM.joint(name).bearing.point) for name in "OC"}
     found["A"] = along(found["O"], angles["crank"], MECHANISM.link("crank").length)
     found["B"] = along(found["C"], angles["rocker"], MECHANISM.link("rocker").length)

@@ -10,7 +10,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.mechanism.loops.closure import ideal_state
+from jointplay.solver.mechanism.loops.ideal import ideal_state
 from jointplay.solver.mechanism.parts.joints import Contact
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.motion import guard_tolerances
@@ -55,7 +55,7 @@ def off(clearance, stiffness):
     found = jp.simulate(mechanism, turns=1, rtol=1e-9, record=WORDS[:2], samples_per_turn=24)
     largest = 0.0
     for row in found.angle.values:
-        angles, _ = ideal_state(mechanism, crank_angle=float(row[0]))
+        angles, *_ = ideal_state(mechanism, crank_angle=float(row[0]))
         largest = max(largest, *(abs(row[k] - angles[name]) for k, name in ((1, "coupler"), (2, "rocker"))))
     return largest
 

@@ -55,9 +55,10 @@ def nothing_compiled(monkeypatch, tmp_path):
     monkeypatch.setattr(cache.place, "read", lambda name: None)
     monkeypatch.setattr(cache.place, "write", lambda name, data: None)
     monkeypatch.setattr(cache.generated, "load", lambda name, method: name)
-    cache._named.cache_clear()
+    monkeypatch.setattr(cache, "_text", lambda writer, structure: "x = 1")
+    cache._module.cache_clear()
     yield
-    cache._named.cache_clear()
+    cache._module.cache_clear()
 
 
 @pytest.mark.parametrize("stream", [StringIO, Terminal])
@@ -66,7 +67,7 @@ def test_it_says_once_that_something_is_compiled(stream, nothing_compiled, caplo
     with caplog.at_level("INFO", "jointplay"), terminal.Progress("small", said) as progress:
         progress(0.0)
         for key in ("one structure", "another", "one structure"):
-            cache._module(key, lambda: "x = 1")
+            cache._module("module", key)
     assert said.getvalue().count("small: compiling, once: later runs take seconds\n") == 1
     assert len(caplog.records) == 2, "each structure is logged"
     assert not terminal.LOG.handlers

@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from jointplay.solver.codegen import cache, generated, objects, place, upkeep
+from jointplay.solver.codegen import cache, objects, place, upkeep
 from tests.support.program import ended_process
 
 CACHE = "from jointplay.solver.codegen import cache"
@@ -25,7 +25,7 @@ def twice(h):
 def thrice(h):
     return 3.0 * h + 0.3125
 """
-OTHER = TEXT.replace("0.3125", "0.8125")
+TEXTS = {"right": TEXT, "other": TEXT.replace("0.3125", "0.8125")}
 RIGHT, WRONG = (4.3125, 6.3125), (4.8125, 6.8125)
 NOBODY = 65534
 SMALL = "modal_response"  # a loop that compiles fast
@@ -34,12 +34,11 @@ SMALL = "modal_response"  # a loop that compiles fast
 KINDS = ("py", "constants", "name", "o")
 
 
-def load(key="right", text=TEXT):
+def load(writer="right"):
     """What the functions give in a module loaded afresh, and how many times code had to be compiled."""
-    generated.load.cache_clear()
-    cache._named.cache_clear()
+    cache._module.cache_clear()
     before = len(EMITTED)
-    module = cache._module(key, lambda: text)
+    module = cache._module(writer)
     return tuple(f(2.0) for f in (module.twice, module.thrice)), len(EMITTED) - before
 
 
@@ -47,10 +46,11 @@ EMITTED = []
 
 
 @pytest.fixture(autouse=True, scope="module")
-def _counted():
-    """Note what is compiled to machine code."""
+def _written():
+    """Note what is compiled to machine code, of texts that two writers give."""
     emit = objects.emit
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cache, "_text", TEXTS.__getitem__)
         patch.setattr(objects, "emit", lambda *given: EMITTED.append(None) or emit(*given))
         yield
 
@@ -59,7 +59,7 @@ def fresh(monkeypatch, root):
     """A cache of its own, as a process finds it that starts."""
     monkeypatch.setenv("JOINTPLAY_CACHE", str(root))
     monkeypatch.delenv(place.HANDED, raising=False)
-    for known in (place.folder, cache._named, place.say):
+    for known in (place.folder, cache._module, place.say):
         known.cache_clear()
 
 
@@ -69,7 +69,7 @@ def whole(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         root = tmp_path_factory.mktemp("whole") / "cache"
         fresh(patch, root)
-        load("other", OTHER)
+        load("other")
         load()
     return root
 
@@ -82,13 +82,13 @@ def here(whole, tmp_path, monkeypatch):
     yield place.folder()
     place.settle()
     place._pending.clear()
-    for known in (place.folder, cache._named, place.say):
+    for known in (place.folder, cache._module, place.say):
         known.cache_clear()
 
 
 def file(here, kind):
     """The file of a kind that belongs to the module."""
-    name = here / f"{cache._short('right')}.name"
+    name = here / f"{cache._short('right ()')}.name"
     return name if kind == "name" else next(here.glob(f"{place.content(name).decode()}*.{kind}"))
 
 
@@ -185,7 +185,7 @@ def test_a_file_that_is_gone_is_made_anew(here, kind):
 
 def test_what_is_whole_is_compiled_no_more(here, capsys):
     assert load() == (RIGHT, 0)
-    assert load("other", OTHER) == (WRONG, 0)
+    assert load("other") == (WRONG, 0)
     assert capsys.readouterr().err == ""
 
 
@@ -272,7 +272,7 @@ def test_a_process_that_compiles_and_is_not_waited_for_is_not_left_defunct(unloa
 
 def compiled_apart(root, **variables):
     """What a process tells that compiles with this cache; its answers are right."""
-    code = f"{CACHE}; print(cache._module('right', lambda: {TEXT!r}).twice(2.0))"
+    code = f"{CACHE}; cache._text = {TEXTS!r}.get; print(cache._module('right').twice(2.0))"
     environment = os.environ | {"JOINTPLAY_CACHE": str(root)} | variables
     done = subprocess.run(
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=300, check=True
@@ -408,7 +408,7 @@ def test_a_process_that_fails_to_compile_says_so(here, monkeypatch, capsys):
 def test_processes_that_heal_the_same_cache_at_once_do_not_disturb_each_other(here):
     for path in [file(here, kind) for kind in KINDS]:
         cut(path)
-    code = f"{CACHE}; print(cache._module('right', lambda: {TEXT!r}).twice(2.0))"
+    code = f"{CACHE}; cache._text = {TEXTS!r}.get; print(cache._module('right').twice(2.0))"
     command = [sys.executable, "-c", code]
     racing = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(4)]
     assert {float(one.communicate(timeout=300)[0]) for one in racing} == {RIGHT[0]}

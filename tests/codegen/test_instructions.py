@@ -50,12 +50,12 @@ MODELS = dict(models())
 @lru_cache(maxsize=1)
 def texts(name):
     """Every text of a model's structure: its own, derivatives, algebra, and those in lanes."""
-    structure, made = MODELS[name]().structure, cache._from_equations
+    structure, made = MODELS[name]().structure, cache._text
     found = {"module": made("module", structure)}
     sizes = run(found["module"]).SIZES
     found["variation"] = made("variation", structure, sizes["first"], bool(sizes["planned"]))
     if not sizes["planned"]:
-        found["algebra"] = cache._writer("algebra").text(sizes["positions"], sizes["speeds"])
+        found["algebra"] = made("algebra", sizes["positions"], sizes["speeds"])
     if not exclusion(structure):
         found["ensemble"] = made("lanes.equations", structure)
     return found
@@ -221,8 +221,8 @@ TABLE = [
 def test_code_in_lanes_of_a_size_does_what_its_text_says(positions):
     """The method's algebra, and tangents: of angles and of what is none, with contacts, jumps and loops."""
     turning = (1.0, 0.0, 1.0)[:positions]
-    algebra = cache._writer("lanes.algebra").text(turning, 2, 1, 1, 0)
-    tangents = cache._writer("lanes.tangent").text(positions)
+    algebra = cache._text("lanes.algebra", turning, 2, 1, 1, 0)
+    tangents = cache._text("lanes.tangent", positions)
     assert differences(algebra) == differences(tangents) == []
 
 

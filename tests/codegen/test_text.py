@@ -9,9 +9,8 @@ import sys
 
 import pytest
 
-from jointplay.solver.codegen import cache
+from jointplay.solver.codegen import cache, place
 from jointplay.solver.equations.parameters import parameter_names
-from jointplay.solver.equations.structure import Linkage
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.own.systems import SYSTEMS
@@ -98,14 +97,17 @@ def local_names(model):
     return {name.split("__")[0] for name in re.findall(r"^ +(\w+) =", text(model.structure), re.MULTILINE)}
 
 
-def test_a_structure_is_written_out_once_however_often_its_module_is_asked_for(monkeypatch):
-    """Sweeps make it anew at every point."""
-    written, asked = [], []
-    monkeypatch.setattr(Linkage, "__repr__", lambda self: written.append(1) or "a structure")
-    monkeypatch.setattr(cache, "_module", lambda key, text: asked.append(key))
-    cache._text.cache_clear()
+def test_a_module_once_loaded_is_kept_and_no_file_of_it_is_looked_at_again(monkeypatch):
+    """Sweeps make the structure anew at every point, and each step of an analysis asks for its module."""
+    read, believed = [], place.believed
+    monkeypatch.setattr(place, "believed", lambda path: read.append(path.name) or believed(path))
+    cache._module.cache_clear()
+    found = []
     for clearance in (1e-5, 2e-5, 3e-5):
-        cache.structure_module(assemble(catalog.chunmei2002(clearance=clearance)).structure)
-    cache._text.cache_clear()
-    assert asked == 3 * ["structure a structure"]
-    assert len(written) == 1
+        found.append(cache.structure_module(assemble(catalog.chunmei2002(clearance=clearance)).structure))
+        if len(found) == 1:
+            assert read
+            read.clear()
+    assert not read
+    assert found[0] is found[1] is found[2]
+    assert cache.structure_module(assemble(catalog.chunmei2002(clearance=0.0)).structure) is not found[0]

@@ -7,8 +7,7 @@ import pytest
 
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.mechanism.loops.closure import ideal_state
-from jointplay.solver.mechanism.loops.ideal import ideal_configuration, placed
+from jointplay.solver.mechanism.loops.ideal import ideal_configuration, ideal_state, placed
 from jointplay.solver.mechanism.loops.kinematic_chains import Forest
 from jointplay.solver.mechanism.records import Joint, Mechanism, Pin
 from tests.mechanism.wrong import only, problems_of
@@ -26,7 +25,7 @@ def test_newton_finds_the_four_bar_s_closed_form(branch, coupler, rocker):
     guessed = told(PAPER, guess={"crank": 0.2, "coupler": coupler, "rocker": rocker})
     for angle in (-3.0, 0.0, 2.2, 12.0):
         found = ideal_configuration(guessed, angle, 40.0)
-        angles, speeds = ideal_state(PAPER, angle, 40.0, branch)
+        angles, speeds, _ = ideal_state(PAPER, angle, 40.0, branch)
         for k in angles:
             assert found.angles[k] == pytest.approx(angles[k], abs=1e-12)
             assert found.speeds[k] == pytest.approx(speeds[k], rel=1e-11)

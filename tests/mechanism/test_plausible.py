@@ -12,7 +12,7 @@ from jointplay.cli import main
 from jointplay.display.errors import InputError, ModelWarning
 from jointplay.solver.mechanism import catalog, plausible
 from jointplay.solver.mechanism.loops import turning
-from jointplay.solver.mechanism.loops.closure import ideal_state
+from jointplay.solver.mechanism.loops.ideal import ideal_state
 from jointplay.solver.mechanism.plausible import BRISK, FAST, HURRY, MAINS, SUNK, WIDE
 from jointplay.solver.mechanism.records import (
     ConstantSpeed,
@@ -89,7 +89,7 @@ def test_an_angle_beyond_a_turn_is_refused(angle):
 
 
 def test_nothing_usual_is_doubted():
-    angles, speeds = ideal_state(USUAL, 0.5)
+    angles, speeds, _ = ideal_state(USUAL, 0.5)
     assert found() == {}
     assert found(USUAL, {"crank_angle": math.tau, "crank_speed": HURRY * NO_LOAD}) == {}
     assert (
@@ -124,7 +124,7 @@ def test_a_motor_in_rpm_is_doubted():
 
 
 def test_a_start_in_degrees_or_with_few_digits_is_doubted():
-    angles, speeds = ideal_state(USUAL, 0.5)
+    angles, speeds, _ = ideal_state(USUAL, 0.5)
     turned = {"angle": angles | {"crank": angles["crank"] + 2 * math.tau}, "angular_velocity": speeds}
     assert set(found(USUAL, turned)) == {"initial.angle.crank"}
 

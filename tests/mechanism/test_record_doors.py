@@ -3,8 +3,10 @@
 import pickle
 
 import pytest
+from pydantic import model_validator
 
 import jointplay as jp
+from jointplay.solver.mechanism.base import Record
 from jointplay.solver.mechanism.catalog import NAMES
 
 
@@ -67,3 +69,19 @@ def test_a_name_that_no_symbol_can_have_is_refused(name):
 def test_a_kind_is_told_as_it_was_given(kind, shown):
     with pytest.raises(jp.InputError, match=rf"drive\.kind: got {shown}; no such kind"):
         jp.catalog.chunmei2002().replace(drive={"kind": kind, "link": "crank"})
+
+
+def test_what_a_record_says_of_all_its_fields_is_asked_once_by_either_door():
+    """Where a class has an `__init__`, pydantic goes through the validators of a table twice."""
+    asked = []
+
+    class Asked(Record):
+        number: int
+
+        @model_validator(mode="after")
+        def _noted(self):
+            asked.append(self.number)
+            return self
+
+    assert Asked.model_validate({"number": 1}) == Asked(number=1)
+    assert asked == [1, 1]

@@ -205,5 +205,5 @@ def test_records_load_nothing_heavy():
         return set(subprocess.run(run, capture_output=True, text=True, check=True, env=paths).stdout.split())
 
     heavy = {"numba", "xarray", "matplotlib", "sympy", "scipy"}
-    assert not heavy & loaded("jointplay.solver.mechanism.catalog, jointplay.solver.mechanism.loops.closure")
+    assert not heavy & loaded("jointplay.solver.mechanism.catalog, jointplay.solver.mechanism.loops.ideal")
     assert "pydantic" not in loaded("jointplay.display.errors, jointplay.solver.mechanism")

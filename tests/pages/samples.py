@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from jointplay import catalog
-from jointplay.solver.mechanism.loops.closure import ideal_state
+from jointplay.solver.mechanism.loops.ideal import ideal_state
 from tests.figures.support.synthetic import flag_words
 from tests.figures.sweeps.test_bifurcation import sweep
 

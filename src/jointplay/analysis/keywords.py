@@ -27,6 +27,7 @@ from pydantic import (
 from typing_extensions import TypedDict  # that of `typing` forgets its bases before Python 3.12
 
 from jointplay.analysis.own_units import in_own_units
+from jointplay.analysis.rules import started
 from jointplay.display.described import with_returns
 from jointplay.display.errors import Problem, refuse, warn
 from jointplay.jobs.origin import version
@@ -63,14 +64,15 @@ _PLANE = "a table of two coordinates, each a rising list of numbers or a table o
 
 
 def analysis(
-    *rules: Rule, usual: Mapping[str, Any] | None = None, outputs: Any = None, **more: Any
+    *rules: Rule | str, usual: Mapping[str, Any] | None = None, outputs: Any = None, **more: Any
 ) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Make a function an analysis: its signature checks each call, its `progress` is called as time passes.
 
     Parameters
     ----------
     *rules, **more
-        As in `checked`: rules of which keywords fit together, and the mechanism.
+        As in `checked`: rules of which keywords fit together, and what these and the function share. That is
+        always `model`, the mechanism assembled at its start.
     usual : mapping of str to object, optional
         Defaults of shared settings (`Motion`) that are this analysis' own.
     outputs : declared.Outputs, optional
@@ -82,7 +84,8 @@ def analysis(
         if outputs is not None:
             function.outputs, function.__doc__ = outputs, with_returns(function.__doc__, str(outputs))
         before = partial(_as_meant, "period" in signature(function).parameters)
-        check = checked(*rules, _turns_as_driven(function), before=before, after=_warned, **more)
+        told, shared = (*rules, _turns_as_driven(function)), {"model": started} | more
+        check = checked(*told, before=before, after=_warned, **shared)
         return check(_signed(reported(function)))
 
     return decorated

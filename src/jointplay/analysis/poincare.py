@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.display.number_text import plain
 from jointplay.solver.mechanism.base import Flag
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.mechanism.records import CrankAngle, Section
+from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 from jointplay.solver.motion.batching import batchable, batched
 from jointplay.solver.motion.eligibility import FOLLOWED, ROUTES
 from jointplay.solver.motion.ensemble_runs import ensemble_fits
@@ -75,19 +75,21 @@ OUTPUTS = Outputs(
 )
 
 
+def _started(mechanism: Mechanism | TestSystem, initial: Any, section: Any, record: Any) -> Model:
+    return rules.recorded_from(mechanism, initial, section, record)
+
+
 @batchable()
 @analysis(
-    rules.length_fits,
-    rules.section_fits,
-    rules.record_fits,
-    ensemble_fits,
-    deferred=[rules.start_fits],
+    *(rules.length_fits, rules.section_fits, rules.record_fits, ensemble_fits),
+    model=_started,
     outputs=OUTPUTS,
 )
-def poincare(
+def poincare(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
     *,
+    model: Model,
     record: Names | None = None,
     ensemble: Flag | None = None,
     **motion: Unpack[Lasting],
@@ -115,7 +117,6 @@ def poincare(
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     names = recorded(record, mechanism)
-    model = rules.model_for(mechanism, motion["initial"], section, names)
     counted = isinstance(section, CrankAngle) and motion["turns"] is not None
     begin, end = rules.span(model, motion)
     before = math.ceil(motion["transient"])

@@ -9,7 +9,8 @@ from typing import Any
 
 from jointplay.analysis.quantities import BALANCE, EVENTS, WORDS, recorded
 from jointplay.display.errors import NOTHING, InputError, Problem, join, unknown
-from jointplay.solver.mechanism.assemble import assemble, check_section
+from jointplay.solver.codegen.cache import structure_module
+from jointplay.solver.mechanism.assemble import assemble, check_section, nominal_speed
 from jointplay.solver.mechanism.loops.kinematic_chains import Forest
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Plane, Section, TestSystem
@@ -34,17 +35,12 @@ def section_fits(mechanism: Mechanism | TestSystem, section: Section | None) -> 
     """Refuse a section that the mechanism cannot have."""
     watched = quantity(section, mechanism)
     if isinstance(section, Plane) and isinstance(mechanism, TestSystem):
-        assemble(mechanism, None, watched)  # its equations know its quantities
+        structure_module(mechanism.structure(watched))  # its equations know its quantities
 
 
 def record_fits(mechanism: Mechanism | TestSystem, record: tuple[str, ...] | None) -> None:
     """Refuse quantities that the mechanism does not have."""
     recorded(record, mechanism)
-
-
-def start_fits(mechanism: Mechanism | TestSystem, initial: Any) -> None:
-    """Refuse a start that the mechanism cannot have."""
-    assembled_at(mechanism, initial)
 
 
 def turns_alike(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
@@ -67,12 +63,50 @@ def samples_fit(
     mechanism: Mechanism | TestSystem, turns: float | None, duration: float | None, samples_per_turn: int
 ) -> Iterator[Problem]:
     """Yield a problem where evenly spaced samples are more than a run can keep."""
-    try:
-        period = 1.0 if duration is None else assemble(mechanism).period
-    except InputError:
-        return  # what is wrong with the mechanism is said elsewhere
     lengths = {"turns": turns, "duration": duration, "samples_per_turn": samples_per_turn}
-    yield from too_many(lengths, period)
+    yield from too_many(lengths, nominal_period(mechanism))
+
+
+def nominal_period(mechanism: Mechanism | TestSystem) -> float:
+    """Nominal period of a mechanism from its default start on, s."""
+    if isinstance(mechanism, TestSystem):
+        return mechanism.time_scale
+    return math.tau / nominal_speed(mechanism)
+
+
+def started(mechanism: Mechanism | TestSystem, initial: Any) -> Model:
+    """The model that an analysis shares with its rules: the mechanism, assembled at the start."""
+    return assembled_at(mechanism, initial)
+
+
+def section_of(mechanism: Mechanism | TestSystem) -> str | None:
+    """The quantity that cuts a motion once a turn (or forcing period); None where nothing turns."""
+    if isinstance(mechanism, TestSystem) and mechanism.period is None:
+        return None
+    return quantity(CrankAngle(), mechanism)
+
+
+def on_section(mechanism: Mechanism | TestSystem, initial: Any) -> Model:
+    """The same on the section that cuts it once a turn, if anything turns."""
+    return assembled_at(mechanism, initial, section=section_of(mechanism))
+
+
+def _watched(mechanism: Mechanism | TestSystem, initial: Any, section: Section | None, powers: bool) -> Model:
+    return assemble(mechanism, initial, quantity(section, mechanism), powers)
+
+
+def recorded_from(
+    mechanism: Mechanism | TestSystem,
+    initial: Any,
+    section: Section | None,
+    record: tuple[str, ...] | None,
+    assembled: Callable[..., Model] = _watched,
+) -> Model:
+    """The same with its section and record; where these are wrong, as other rules tell, without."""
+    try:
+        return model_for(mechanism, initial, section, recorded(record, mechanism), assembled)
+    except InputError:
+        return model_for(mechanism, initial, assembled=assembled)
 
 
 def model_for(
@@ -80,10 +114,11 @@ def model_for(
     initial: Any,
     section: Section | None = None,
     record: Container[str] = (),
+    assembled: Callable[..., Model] = _watched,
 ) -> Model:
     """Assemble a mechanism for a run: at its start, with its section, and with the integrals to record."""
     powers = any(name in record for name in BALANCE)
-    return assembled_at(mechanism, initial, section=quantity(section, mechanism), powers=powers)
+    return assembled_at(mechanism, initial, "initial", assembled, section=section, powers=powers)
 
 
 def assembled_at(

@@ -17,13 +17,11 @@ from jointplay.analysis.evaluate import OF_A_MODEL, Quantities, beyond_the_model
 from jointplay.analysis.exponents.section_exponents import timeless
 from jointplay.analysis.keywords import Lasting, Moving, Names, analysis, listed
 from jointplay.analysis.labels import Out
-from jointplay.analysis.orbits.orbit_request import start_fits
 from jointplay.analysis.partial import MOST, evaluated
-from jointplay.analysis.quantities import BALANCE, EVENTS, WORDS, recorded
+from jointplay.analysis.quantities import EVENTS, WORDS, recorded
 from jointplay.analysis.starts import moved, placed, whole_names
 from jointplay.analysis.windows import WINDOW, WINDOW_RULES, Windows, marked, sample_times
-from jointplay.display.errors import InputError, Problem, refuse
-from jointplay.solver.mechanism.assemble import assemble
+from jointplay.display.errors import Problem, refuse
 from jointplay.solver.mechanism.base import Flag, Natural, NonNegative
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
@@ -55,10 +53,7 @@ def _within_the_run(
     """Yield a problem for the first sample after the end of the run."""
     if at is None or (turns is None) == (duration is None):
         return
-    try:
-        period = assemble(mechanism).period
-    except InputError:
-        return  # what is wrong with the mechanism is said elsewhere
+    period = rules.nominal_period(mechanism)
     end = transient * period + (turns * period if duration is None else duration)
     late = next((i for i, time in enumerate(at) if time > end * (1 + 1e-12)), None)
     if late is not None:
@@ -114,6 +109,10 @@ OUTPUTS = Outputs(
 )
 
 
+def _started(mechanism: Mechanism | TestSystem, initial: Any, section: Any, record: Any) -> Model:
+    return rules.recorded_from(mechanism, initial, section, record, placed)
+
+
 @analysis(
     _length_fits,
     *WINDOW_RULES,
@@ -122,12 +121,13 @@ OUTPUTS = Outputs(
     _samples_fit,
     rules.section_fits,
     rules.record_fits,
-    deferred=[start_fits],
     outputs=OUTPUTS,
+    model=_started,
 )
-def simulate(
+def simulate(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
+    model: Model,
     record: Names | None = None,
     samples_per_turn: Natural | None = None,
     windows: Windows | None = None,
@@ -169,7 +169,6 @@ def simulate(
     if windows is not None and motion["turns"] is None:
         motion["turns"] = windows[-1][1]
     names = recorded(record, mechanism)
-    model = placed(mechanism, motion["initial"], section, any(name in names for name in BALANCE))
     begin, end = rules.span(model, motion)
     begin = windows[0][0] * model.period if windows else begin
     many = SAMPLES_PER_TURN if samples_per_turn is None else samples_per_turn

@@ -45,9 +45,7 @@ def placed(
     """
     watched = rules.quantity(section, mechanism)
     if isinstance(start, End):
-        turned = isinstance(mechanism, Mechanism) and crank_place(assemble(mechanism)) is None
-        model = assemble(mechanism, {"crank_angle": start.crank_angle} if turned else None, watched, powers)
-        return _inside(moved(model, start.state))
+        return _ended(mechanism, assemble(mechanism, None, watched, powers), start)
     if isinstance(mechanism, TestSystem) or start is None or isinstance(start, Mapping):
         return assemble(mechanism, start, watched, powers)
     model = assemble(mechanism, None, watched, powers)
@@ -58,6 +56,25 @@ def placed(
     _check_speed(model, start, mechanism.drive.imposed_speed if mechanism.drive else None)
     _check_journals(model, start)
     return model
+
+
+def continued(
+    mechanism: Mechanism | TestSystem, end: End | None, start: Any, section: Section | None
+) -> Model:
+    """Assemble a mechanism where another motion ended; at a start if none did, or it has other states."""
+    if end is not None:
+        model = assemble(mechanism, None, rules.quantity(section, mechanism))
+        if state_names(model) == tuple(end.names):
+            return _ended(mechanism, model, end)
+    return placed(mechanism, start, section)
+
+
+def _ended(mechanism: Mechanism | TestSystem, model: Model, end: End) -> Model:
+    """The model of the mechanism, moved to an end."""
+    if model.links and crank_place(model) is None:
+        watched, powers = model.structure.section, model.structure.powers
+        model = assemble(mechanism, {"crank_angle": end.crank_angle}, watched, powers)
+    return _inside(moved(model, end.state))
 
 
 def _check_speed(model: Model, start: Any, imposed: float | None) -> None:
@@ -110,11 +127,6 @@ def whole_names(model: Model) -> tuple[str, ...]:
 def free_states(model: Model) -> tuple[str, ...]:
     """Names of the states that can differ by a little: all but the modes of a system."""
     return tuple(name for name in state_names(model) if name not in model.modes)
-
-
-def same_states(mechanism: Mechanism | TestSystem, end: End) -> bool:
-    """Whether a motion of the mechanism can start at an end."""
-    return state_names(assemble(mechanism)) == tuple(end.names)
 
 
 def crank_place(model: Model) -> int | None:

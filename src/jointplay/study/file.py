@@ -19,7 +19,7 @@ from jointplay.solver.mechanism.measures import PATTERN
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.study import toml_text
 from jointplay.study.mechanism_table import build_mechanism
-from jointplay.study.models import Study, broken_rules, keyword_of, models
+from jointplay.study.models import Study, in_a_study, keyword_of, models
 from jointplay.study.results import provenance
 from jointplay.study.results.store import open_result
 from jointplay.study.vary_table import in_own_units as varied_in_own_units
@@ -117,7 +117,8 @@ def _broken_rules(table: Mapping[str, Any], problems: list[Problem]) -> list[Pro
         given["mechanism"] = build_mechanism(table["mechanism"])
     if "over" in row.function.fields() and "over" not in wrong:
         given["over"] = values(parsed(varied_in_own_units(given.get("mechanism"), table["vary"])))
-    return broken_rules(row, in_own_units(given.get("mechanism"), given), wrong)
+    problems, _ = row.function.asked(in_own_units(given.get("mechanism"), given), wrong)
+    return in_a_study(problems)
 
 
 def _without_kind(table: Mapping[str, Any]) -> list[Problem]:

@@ -29,8 +29,8 @@ from typing import Any
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse, unknown
 from jointplay.display.terminal import one_line
 from jointplay.solver.mechanism.base import GROUND, is_number
-from jointplay.solver.mechanism.loops.closure import BRANCHES, ideal_state
-from jointplay.solver.mechanism.loops.loop import find_four_bar
+from jointplay.solver.mechanism.loops.four_bar import BRANCHES, find_four_bar
+from jointplay.solver.mechanism.loops.ideal import ideal_state
 from jointplay.solver.mechanism.measures import SMALLEST, in_si
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.study.toml_text import read_text, written
@@ -221,7 +221,7 @@ def _branch(mechanism: Mechanism, angles: Mapping[str, float]) -> str | None:
     apart = {}
     for branch in BRANCHES:
         try:
-            ideal, _ = ideal_state(mechanism, angles.get(mechanism.crank, 0.0), branch=branch)
+            ideal = ideal_state(mechanism, angles.get(mechanism.crank, 0.0), branch=branch).angles
         except InputError:  # drawn at a dead centre
             return None
         off = (abs(math.remainder(ideal[name] - angle, math.tau)) for name, angle in angles.items())

@@ -6,9 +6,9 @@ defaults and rules come from there. What all kinds share is in `Study`.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
-from functools import cache
+from functools import cache, cached_property, partial
 from inspect import signature
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
@@ -30,7 +30,6 @@ from jointplay.analysis.vary import largest
 from jointplay.display.errors import NOTHING, InputError, Problem, join, refuse, unknown
 from jointplay.display.terminal import one_line
 from jointplay.kinds import Kind, load
-from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Record, named
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.mechanism.signature import first
@@ -153,6 +152,21 @@ class Study(OfKind):
             raise InputError(problems)
         return vary
 
+    @cached_property
+    def asked(self) -> tuple[list[Problem], Callable[..., Any]]:
+        """Problems of keywords that do not fit together, and the analysis with these keywords."""
+        return self.row.function.asked(self.keywords() | {"mechanism": self.mechanism})
+
+    def model_copy(self, **how: Any) -> Self:
+        """A copy with other values, of which the analysis has not been asked."""
+        copied = super().model_copy(**how)
+        copied.__dict__.pop("asked", None)
+        return copied
+
+    def __getstate__(self) -> dict[Any, Any]:
+        state = super().__getstate__()
+        return state | {"__dict__": {name: state["__dict__"][name] for name in type(self).model_fields}}
+
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         asked = (self.row, self.mechanism, self.keywords(), self.vary, self.figure)
@@ -162,7 +176,8 @@ class Study(OfKind):
 
     def _broken_rules(self) -> list[Problem]:
         """Problems of keywords that do not fit together, by the rules of the analysis function."""
-        return broken_rules(self.row, self.keywords() | {"mechanism": self.mechanism})
+        problems, _ = self.asked
+        return in_a_study(problems)
 
     @property
     def heading(self) -> str:
@@ -223,11 +238,18 @@ class SweepStudy(Study):
         """Keywords of the analysis function; omitted ones stay out."""
         return super().keywords() | {"over": vary_table.values(self.vary)}
 
+    @cached_property
+    def asked(self) -> tuple[list[Problem], Callable[..., Any]]:
+        """The same of the smallest and largest values; those between are checked when the analysis runs."""
+        given = self.keywords() | {"mechanism": self.mechanism}
+        ends = {key: sorted({min(each), max(each)}) for key, each in given["over"].items()}
+        problems, answer = self.row.function.asked(given | {"over": ends})
+        return problems, partial(answer, over=given["over"])
+
     def _broken_rules(self) -> list[Problem]:
         if not 1 <= len(self.vary) <= 2:
             return [Problem("vary", list(self.vary), "one parameter or two are accepted")]
-        ends = {key: sorted({min(each), max(each)}) for key, each in vary_table.values(self.vary).items()}
-        return broken_rules(self.row, self.keywords() | {"mechanism": self.mechanism, "over": ends})
+        return super()._broken_rules()
 
 
 class _Listed(tuple):
@@ -279,9 +301,9 @@ def models(row: Kind) -> Models:
     return made
 
 
-def broken_rules(row: Kind, given: Mapping[str, Any], wrong: Collection[str] = ()) -> list[Problem]:
-    """Problems by the rules of an analysis, but of keywords that are `wrong` by themselves."""
-    return [replace(problem, key=_place(problem.key)) for problem in row.function.rule_problems(given, wrong)]
+def in_a_study(problems: Iterable[Problem]) -> list[Problem]:
+    """Problems of keywords of an analysis, with the keys that these have in a study."""
+    return [replace(problem, key=_place(problem.key)) for problem in problems]
 
 
 def keyword_of(key: str) -> str:
@@ -338,7 +360,7 @@ def _recorded(
         names = load(row.recorded)(keywords.get("record"), mechanism)
     except InputError:
         return None
-    return names + (assemble(mechanism).states if "state_value" in names else ())
+    return names + (mechanism.observed if "state_value" in names else ())
 
 
 def _suited(

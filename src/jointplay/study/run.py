@@ -81,7 +81,8 @@ def _analysis(record: Study) -> Callable[..., xr.Dataset]:
     """The analysis of a study, of which `progress` is left open."""
     if _varies(record):
         return partial(_varied, record)
-    return partial(record.row.function, record.mechanism, **record.keywords())
+    _, answer = record.asked
+    return answer
 
 
 def _varies(record: Study) -> bool:

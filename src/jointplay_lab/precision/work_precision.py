@@ -27,10 +27,9 @@ from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Length, Motion, Moving, analysis
 from jointplay.analysis.labels import Out
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.rules import start_fits, steps
+from jointplay.analysis.rules import steps
 from jointplay.display.errors import Problem
 from jointplay.display.number_text import plain
-from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Positive, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
@@ -105,10 +104,11 @@ def _linear_contact(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
             yield Problem(key, joint.contact.law, "'kelvin_voigt' is accepted")
 
 
-@analysis(unknown_peers, _linear_contact, start_fits, usual={"rtol": RTOL}, outputs=OUTPUTS)
-def work_precision(
+@analysis(unknown_peers, _linear_contact, "model", usual={"rtol": RTOL}, outputs=OUTPUTS)
+def work_precision(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
+    model: Model,
     turns: Length = 1,
     tolerances: Tolerances = TOLERANCES,
     peers: Peers = tuple(PEERS),
@@ -146,7 +146,7 @@ def work_precision(
     from jointplay_lab.precision.truth import Truth
 
     plan = Plan(tolerances, peers)
-    model, limit = assemble(mechanism, motion["initial"]), steps(motion["max_steps"])
+    limit = steps(motion["max_steps"])
     end = turns * model.period
     truth = Truth.of(model, motion["rtol"], end, limit)
     rows = [

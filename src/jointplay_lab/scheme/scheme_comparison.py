@@ -25,7 +25,6 @@ from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.keywords import Motion, Moving, Rtol, analysis, several
 from jointplay.analysis.labels import Out, along
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.rules import start_fits
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
 from jointplay.display.errors import InputError, refuse
 from jointplay.display.number_text import plain
@@ -111,7 +110,7 @@ COMPARED = ("deflection", "angle", "reaction")
 MEASURES = (*COMPARED[:2], "force")
 
 
-@analysis(elastic_mechanism, start_fits, usual={"rtol": RTOL}, outputs=OUTPUTS)
+@analysis(elastic_mechanism, "model", usual={"rtol": RTOL}, outputs=OUTPUTS)
 def scheme_comparison(
     mechanism: Moving,
     *,

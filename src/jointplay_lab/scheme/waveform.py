@@ -27,7 +27,6 @@ from jointplay.analysis.evaluate import RUN, attributes
 from jointplay.analysis.keywords import Moving, Progress, Start, analysis
 from jointplay.analysis.labels import Out
 from jointplay.analysis.quantities import STATUS, recorded
-from jointplay.analysis.rules import start_fits
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
 from jointplay.display.errors import Problem
 from jointplay.solver.mechanism.assemble import assemble
@@ -92,7 +91,7 @@ OUTPUTS = Outputs(
 )
 
 
-@analysis(elastic_mechanism, start_fits, outputs=OUTPUTS)
+@analysis(elastic_mechanism, "model", outputs=OUTPUTS)
 def waveform(
     mechanism: Moving,
     *,

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.display.errors import Problem, unknown
-from jointplay.solver.mechanism.loops.loop import FourBar, find_four_bar
+from jointplay.solver.mechanism.loops.four_bar import FourBar, find_four_bar
 from jointplay.solver.mechanism.records import GROUND, MAIN_JOINT, Mechanism, MotorLine
 from jointplay_lab.stress import ranges
 from jointplay_lab.stress.geometry import GEOMETRIES, laid, moving

@@ -15,9 +15,9 @@ from jointplay.analysis.coexisting.recognition import FromAfar, Lasting
 from jointplay.analysis.coexisting.smallest import ABOVE, AT, BELOW, Knocked, Place, smallest
 from jointplay.analysis.coexisting.tipping import returned
 from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.rules import section_of
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.states.journal_position import Journals
-from jointplay.analysis.states.start_plane import section_of
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.assemble import assemble
 

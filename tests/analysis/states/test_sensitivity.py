@@ -10,13 +10,13 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.exponents.growth import Turn
 from jointplay.analysis.quantities import STATUS
+from jointplay.analysis.rules import on_section
 from jointplay.analysis.states import start_plane
 from jointplay.analysis.states.divergence import fit_growth
 from jointplay.analysis.states.field import stretch
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.analysis.tangents import scales
 from jointplay.display.errors import InputError
-from jointplay.solver.mechanism.assemble import assemble
 from tests.analysis.exact_maps import TAU, Symmetric, strobed
 
 CHAOTIC = {
@@ -323,15 +323,13 @@ def test_wrong_keywords(system, options, key):
     assert [problem.key for problem in caught.value.problems] == [key]
 
 
-def test_of_two_joints_with_clearance_one_is_to_be_named(monkeypatch):
-    model = assemble(linkage(), None, start_plane.section_of(linkage()))
+def test_of_two_joints_with_clearance_one_is_to_be_named():
+    model = on_section(linkage(), None)
     bearing = model.structure.joints[0]
     two = replace(model.structure, joints=(bearing, replace(bearing, name="C")))
     loose = replace(model, structure=two, joints=("B", "C"))
-    monkeypatch.setattr(start_plane, "assemble", lambda *_: loose)
-    (problem,) = start_plane.plane_fits(
-        linkage(), {"eccentricity_ratio_x": [0, 1], "eccentricity_ratio_y": [0, 1]}, None, None
-    )
+    plane = {"eccentricity_ratio_x": [0, 1], "eccentricity_ratio_y": [0, 1]}
+    (problem,) = start_plane.plane_fits(linkage(), plane, None, None, loose)
     assert problem.key == "joint"
     assert problem.expected.endswith("one of B, C")
 
@@ -394,7 +392,7 @@ def test_a_journal_s_place_is_in_metres_and_over_the_clearance_it_has_another_na
 )
 def test_a_plane_in_the_unit_of_the_other_word_is_refused(plane, keys):
     mechanism = linkage(clearance=2.9e-4)
-    problems = start_plane.plane_fits(mechanism, plane, None, None)
+    problems = start_plane.plane_fits(mechanism, plane, None, None, on_section(mechanism, None))
     assert [problem.key for problem in problems] == keys
     assert all("it is " in p.expected or "the same" in p.expected for p in problems)
 

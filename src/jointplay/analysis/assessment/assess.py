@@ -30,6 +30,7 @@ from jointplay.analysis.starts import placed
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.display.errors import NOTHING, InputError, Problem
 from jointplay.solver.mechanism.base import Natural, Number, is_number, unit
+from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
@@ -152,12 +153,11 @@ def _along_fits(mechanism: Mechanism | TestSystem, along: Sequence[str] | None) 
             )
 
 
-@analysis(
-    _assessable, _along_fits, rules.start_fits, rules.turns_alike, usual={"rtol": RTOL}, outputs=OUTPUTS
-)
-def assess(
+@analysis(_assessable, _along_fits, "model", rules.turns_alike, usual={"rtol": RTOL}, outputs=OUTPUTS)
+def assess(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
+    model: Model,
     along: Names | None = None,
     reach: Annotated[Number, Field(gt=1, le=100), unit("factor", "1")] = REACH,
     step: Annotated[Small, unit("relative step", "1")] = STEP,
@@ -203,7 +203,6 @@ def assess(
     how = plan(motion["transient"], LOOKED_AT, lyapunov_turns, motion["rtol"], motion["max_steps"])
     ideal = mechanism.replace(clearance=0.0)
     initial, lasted = motion["initial"], LASTING[0] * motion["transient"]
-    model = placed(mechanism, initial)
     warm([model, rules.model_for(mechanism, initial, None, WORK), placed(ideal, None)])
     warm_tangents(model)
     ready = time.perf_counter()

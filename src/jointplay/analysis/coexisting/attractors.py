@@ -36,7 +36,6 @@ from jointplay.analysis.period import REPEATS
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.basin_uncertainty import wilson
 from jointplay.analysis.states.ends import Observation
-from jointplay.analysis.states.start_plane import section_of
 from jointplay.analysis.sweeps import gather, points
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.bifurcation import Over, lanes_fit, names, record_fits
@@ -49,7 +48,7 @@ from jointplay.display.units import measure
 from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
-from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
+from jointplay.solver.mechanism.records import CrankAngle
 from jointplay.solver.motion.ensemble_runs import in_lanes
 from jointplay.solver.motion.progress import part
 
@@ -64,10 +63,6 @@ ABSENT = -1  # period of a motion at a value where it is not there
 MISSED = 0.05  # chance that a basin of `fraction_missed` has no start in it
 ROUNDS = 200  # of carrying, at most
 SHARES = (0.0, 0.7, 0.8, 1.0)  # of the progress: seeding, carrying, describing
-
-
-def _start_fits(varied: Mechanism | TestSystem, initial: Any) -> None:
-    rules.assembled_at(varied, initial)
 
 
 def answer(result: xr.Dataset) -> str:
@@ -145,9 +140,10 @@ OUTPUTS = Outputs(
     rules.each_alike,
     region_fits,
     record_fits,
-    _start_fits,
+    "model",
     lanes_fit,
     varied=at_largest,
+    model=lambda varied, initial: rules.on_section(varied, initial),
     outputs=OUTPUTS,
     usual={"rtol": RTOL},
 )
@@ -386,7 +382,7 @@ def _warm(mechanism, changes, initial, exponents: bool, ensemble: bool) -> None:
     for change in (changes[0], changes[-1]):
         try:
             here = mechanism.varied(change)
-            model = assemble(here, initial, section_of(here))
+            model = assemble(here, initial, rules.section_of(here))
         except InputError:
             continue  # its cell says so
         warm([model], ensemble)

@@ -32,16 +32,16 @@ def one_parameter(mechanism: Mechanism | TestSystem, over: Any) -> Iterator[Prob
         yield Problem("over", [axis.key for axis in varied], "one parameter is accepted")
 
 
-def region_fits(varied: Mechanism | TestSystem, region: Region, joint: str | None, initial: Any):
+def region_fits(varied: Any, region: Region, joint: str | None, initial: Any, model: Any = None):
     """Yield the problems of a region of starts for the varied mechanism."""
-    yield from coordinate_rules(varied, region, joint, initial)
+    yield from coordinate_rules(varied, region, joint, initial, model)
 
 
-def coordinate_rules(mechanism: Mechanism | TestSystem, region: Region, joint: str | None, initial: Any):
+def coordinate_rules(mechanism: Any, region: Region, joint: str | None, initial: Any, model: Any = None):
     """Yield the problems of a region."""
     if not region:
         yield Problem("region", region, f"{_WORDS} is accepted")
-    yield from coordinate_problems("region", mechanism, region, joint, initial)
+    yield from coordinate_problems("region", mechanism, region, joint, initial, model)
     for name, (low, high) in region.items():
         if not low < high:
             yield Problem(f"region.{name}", [low, high], "a lowest and a highest value above it are accepted")

@@ -45,7 +45,7 @@ from jointplay.analysis.period import REPEATS
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.states.basin_uncertainty import wilson
 from jointplay.analysis.states.ends import Observation, features, section_states
-from jointplay.analysis.states.start_plane import Starts, section_of
+from jointplay.analysis.states.start_plane import Starts
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.display.number_text import counted, plain
 from jointplay.display.units import measure
@@ -172,14 +172,16 @@ OUTPUTS = Outputs(
 @analysis(
     coordinate_rules,
     impulses_fit,
-    rules.start_fits,
+    "model",
     rules.turns_alike,
     ensemble_fits,
     outputs=OUTPUTS,
+    model=rules.on_section,
 )
-def tipping(
+def tipping(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
+    model: Model,
     region: Region,
     joint: JointName | None = None,
     starts: Annotated[Natural, Field(le=10**6)] = STARTS,
@@ -236,16 +238,15 @@ def tipping(
     initial, progress, limits = motion["initial"], motion["progress"], (motion["rtol"], motion["max_steps"])
     ensemble = in_lanes(ensemble, mechanism, motion["rtol"], starts)
     observation = Observation(motion["transient"], turns, patience, tolerance, *limits, ensemble)
-    base = assemble(mechanism, initial, section_of(mechanism))
-    warm([base], ensemble)
+    warm([model], ensemble)
     if edge:
-        warm_tangents(base)
+        warm_tangents(model)
     shared = {"mechanism": mechanism, "initial": initial, "observation": observation}
     seeds = {"region": region, "joint": joint, "starts": starts, "seed": seed}
     cells = [shared | seeds | {"changes": {}}]
     (seeded,) = handed_out(passes.found, cells, part(progress, 0.0, 0.3), n_jobs)
     motions = list(seeded.get("motions", ()))
-    kinds = knocks(base, mechanism, impulses) if len(motions) > 0 else []
+    kinds = knocks(model, mechanism, impulses) if len(motions) > 0 else []
     known = [{key: each[key] for key in ("period", "states", "points")} for each in motions]
     cells = [shared | seeds | {"known": known}] if motions else []
     (times,) = handed_out(reached, cells, part(progress, 0.3, 0.4), n_jobs) or [{}]
@@ -254,7 +255,7 @@ def tipping(
     search |= {"edge_turns": edge_turns if edge else 0, "impulses": impulses}
     cells = [shared | search | {"own": own, "knock": k} for own, k in places]
     answers = handed_out(knocked, cells, part(progress, 0.4, 1.0), n_jobs)
-    table = _Table(base, motions, seeded, kinds, starts)
+    table = _Table(model, motions, seeded, kinds, starts)
     by_place = dict(zip(places, answers, strict=True))
     found = table.motions_found(times) | table.knocks_found(by_place) | table.edges_found(by_place)
     found |= table.coordinates() | ended(first_bad([seeded, times, *answers]), began)
@@ -366,7 +367,7 @@ class _Table:
 
 
 def _motions(mechanism, initial, known: Sequence[Mapping[str, Any]], observation: Observation) -> Motions:
-    base = assemble(mechanism, initial, section_of(mechanism))
+    base = rules.on_section(mechanism, initial)
     return Motions(base, observation, [Lasting(**each) for each in known])
 
 
@@ -391,7 +392,7 @@ def knocked(
     motions = _motions(mechanism, initial, known, observation)
     base, states = motions.base, known[own]["states"]
     points = states if known[own]["period"] else states[:: max(1, len(states) // CLOUD)][:CLOUD]
-    forced, angle = section_of(mechanism) is not None, CrankAngle(angle=base.crank_angle)
+    forced, angle = rules.section_of(mechanism) is not None, CrankAngle(angle=base.crank_angle)
     turning = forced and not (base.links and crank_place(base) is None)
     clock = base if forced else replace(base, crank_speed=math.tau / base.period)  # its phase is time
     section = section_map(clock, angle, 1, min(observation.rtol, EDGE_RTOL), observation.max_steps)

@@ -36,7 +36,7 @@ from jointplay.analysis.orbits.orbit_request import (
     Tolerance,
     branch_fits,
     section_fits,
-    start_fits,
+    started,
 )
 from jointplay.analysis.orbits.orbit_search import Search, lost, search
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL
@@ -158,7 +158,10 @@ OUTPUTS = Outputs(
 
 
 @analysis(
-    section_fits, start_fits, turns_alike, _plane_fits, labels_fit, usual={"rtol": RTOL}, outputs=OUTPUTS
+    *(section_fits, "model", turns_alike, _plane_fits, labels_fit),
+    usual={"rtol": RTOL},
+    outputs=OUTPUTS,
+    model=started,
 )
 def curve(
     mechanism: Moving,

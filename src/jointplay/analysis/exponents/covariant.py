@@ -33,6 +33,7 @@ from jointplay.analysis.keywords import Lasting, Length, Moving, analysis
 from jointplay.analysis.labels import Out
 from jointplay.analysis.tangents import TIGHT, Bundle, scales
 from jointplay.display.number_text import plain, signed
+from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import TestSystem
 from jointplay.solver.motion.trajectory import Request, counts
 
@@ -154,13 +155,13 @@ OUTPUTS = Outputs(
     rules.length_fits,
     exponents_fit,
     steady,
-    deferred=[rules.start_fits],
     usual={"transient": 20},
     outputs=OUTPUTS,
 )
-def covariant(
+def covariant(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
+    model: Model,
     exponents: Annotated[int | str, BeforeValidator(number_or_all)] = "all",
     settling: Length = 20,
     **motion: Unpack[Lasting],
@@ -202,7 +203,6 @@ def covariant(
     ``norm``: of a linkage with play, an energy of the motion of the crank, of each joint's journal in its
     bearing and of bending, each by itself; else the squares of the vector's components.
     """
-    model = rules.model_for(mechanism, motion["initial"])
     began, count = time.perf_counter(), directions(model) if exponents == "all" else int(exponents)
     (begin, until), window = rules.span(model, motion), settling * model.period
     limit, progress = rules.steps(motion["max_steps"]), motion["progress"]

@@ -148,13 +148,14 @@ OUTPUTS = Outputs(
     unresolved,
     _turns_at_all,
     rules.turns_alike,
-    deferred=[rules.start_fits],
+    model=rules.on_section,
     usual={"rtol": RTOL},
     outputs=OUTPUTS,
 )
-def growth(
+def growth(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
+    model: Model,
     turns: Natural = 200,
     distance: Small = DISTANCE,
     **motion: Unpack[Settling],
@@ -177,7 +178,6 @@ def growth(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    model = rules.model_for(mechanism, motion["initial"], CrankAngle())
     turn = Turn(model, motion["rtol"], motion["max_steps"])
     measured = measure_after(turn, motion["transient"], turns, distance, motion["progress"])
     return OUTPUTS.dataset(_values(*measured))

@@ -55,11 +55,11 @@ def number_or_all(given: Any) -> Any:
     raise refuse(given, 'a whole number greater than 0, or "all", is accepted')
 
 
-def exponents_fit(mechanism: Mechanism | TestSystem, exponents: int | str) -> Iterator[Problem]:
+def exponents_fit(mechanism: Mechanism | TestSystem, exponents: Any, model: Any = None) -> Iterator[Problem]:
     """Yield a problem where more exponents are wanted than there are."""
     if exponents in (1, "all"):
         return
-    if exponents > (states := directions(assemble(mechanism))):
+    if exponents > (states := directions(model or assemble(mechanism))):
         yield Problem("exponents", exponents, f'a whole number from 1 to {states}, or "all", is accepted')
 
 
@@ -186,12 +186,12 @@ OUTPUTS = Outputs(
     _twins_fit,
     ensemble_fits,
     _ensemble_fits,
-    deferred=[rules.start_fits],
     outputs=OUTPUTS,
 )
-def lyapunov(
+def lyapunov(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
+    model: Model,
     exponents: Annotated[int | str, BeforeValidator(number_or_all)] = 1,
     error: Annotated[Positive, unit("standard error", "1/s")] | None = None,
     twin_turns: Count = 0,
@@ -254,7 +254,6 @@ def lyapunov(
     ``sum_residual``, and the last of "all" may be too large. ``grazing`` is the smallest approach speed of a
     guard at an event relative to the terms that it is a sum of: near 0, exponents are uncertain.
     """
-    model = rules.model_for(mechanism, motion["initial"])
     count = directions(model) if exponents == "all" else int(exponents)
     begin, end = rules.span(model, motion)
     request = Request(end, motion["rtol"], max_steps=rules.steps(motion["max_steps"]))

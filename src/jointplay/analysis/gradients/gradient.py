@@ -27,7 +27,7 @@ from jointplay.analysis.gradients.evaluated import Run, nearness
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS, WHY
 from jointplay.analysis.keywords import Moving, Names, Settling, analysis
 from jointplay.analysis.labels import Out, ended
-from jointplay.analysis.orbits.orbit_request import section_fits, start_fits
+from jointplay.analysis.orbits.orbit_request import section_fits, started
 from jointplay.analysis.orbits.orbit_search import Search, at_phase, search
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
 from jointplay.analysis.orbits.shooting import Orbit
@@ -124,7 +124,12 @@ OUTPUTS = Outputs(
 )
 
 
-@analysis(selection.quantities_fit, _by_fits, _orbit_fits, start_fits, usual={"rtol": 1e-10}, outputs=OUTPUTS)
+@analysis(
+    *(selection.quantities_fit, _by_fits, _orbit_fits, "model"),
+    usual={"rtol": 1e-10},
+    outputs=OUTPUTS,
+    model=started,
+)
 def gradient(
     mechanism: Moving,
     *,

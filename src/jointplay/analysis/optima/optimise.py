@@ -39,7 +39,7 @@ from jointplay.analysis.labels import Out, ended
 from jointplay.analysis.optima.checks import FORCE, aim_fits, bounds_fit, contacts, ideal_fits
 from jointplay.analysis.optima.descent import descended
 from jointplay.analysis.optima.trials import Aim, Trial, Trials
-from jointplay.analysis.orbits.orbit_request import start_fits
+from jointplay.analysis.orbits.orbit_request import started
 from jointplay.analysis.quantities import STATUS, WORDS
 from jointplay.analysis.simulate import simulate
 from jointplay.display import codes
@@ -180,7 +180,7 @@ OUTPUTS = Outputs(
 )
 
 
-@analysis(bounds_fit, aim_fits, ideal_fits, start_fits, usual={"rtol": 1e-10}, outputs=OUTPUTS)
+@analysis(bounds_fit, aim_fits, ideal_fits, "model", usual={"rtol": 1e-10}, outputs=OUTPUTS, model=started)
 def optimise(
     mechanism: Moving,
     *,

@@ -34,7 +34,7 @@ from jointplay.analysis.orbits.branch_dataset import (
 )
 from jointplay.analysis.orbits.branch_points import KINDS, Special, departures
 from jointplay.analysis.orbits.family import Family, Point
-from jointplay.analysis.orbits.orbit_request import ORBIT, Range, Tolerance, branch_fits
+from jointplay.analysis.orbits.orbit_request import ORBIT, Range, Tolerance, branch_fits, started
 from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
@@ -143,7 +143,7 @@ OUTPUTS = Outputs(
 )
 
 
-@analysis(*ORBIT, branch_fits, usual={"rtol": RTOL}, outputs=OUTPUTS)
+@analysis(*ORBIT, branch_fits, usual={"rtol": RTOL}, outputs=OUTPUTS, model=started)
 def continuation(
     mechanism: Moving,
     section: Section = ONCE_A_TURN,

@@ -10,11 +10,11 @@ from pydantic import AfterValidator, BeforeValidator
 from jointplay.analysis.keywords import Small, as_list
 from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rules import assembled_at, each_alike, turns_alike
-from jointplay.analysis.starts import placed, state_names
+from jointplay.analysis.starts import placed
 from jointplay.analysis.vary import axes
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse, unknown
-from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Number, accepts, is_number, unit
+from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Plane, TestSystem
 
@@ -32,9 +32,9 @@ Range = Annotated[
 ]
 
 
-def start_fits(mechanism: Mechanism | TestSystem, initial: Any) -> None:
-    """Refuse a start, or a whole state, that the mechanism has not."""
-    assembled_at(mechanism, initial, assembled=placed)
+def started(mechanism: Mechanism | TestSystem, initial: Any) -> Model:
+    """The model that an analysis shares with its rules: the mechanism at a start, or at a whole state."""
+    return assembled_at(mechanism, initial, assembled=placed)
 
 
 def record_fits(mechanism: Mechanism | TestSystem, record: tuple[str, ...] | None) -> None:
@@ -48,7 +48,7 @@ def section_fits(mechanism: Mechanism | TestSystem, section: Any) -> Iterator[Pr
         if not isinstance(mechanism, TestSystem) or mechanism.period is not None:
             expected = "a crank angle (or phase of the forcing) is accepted here: kind = 'crank_angle'"
             yield Problem("section", section.kind, expected)
-        elif section.quantity not in (names := state_names(assemble(mechanism))):
+        elif section.quantity not in (names := sum(mechanism.order, ())):
             yield unknown("section.quantity", section.quantity, section.quantity, names, "state")
     elif not isinstance(section, CrankAngle):
         expected = "a crank angle, or a plane of a state, is accepted"
@@ -80,4 +80,4 @@ def branch_fits(
     yield from each_alike(mechanism, {parameter: (*range, between)})
 
 
-ORBIT = (section_fits, record_fits, start_fits, turns_alike)
+ORBIT = (section_fits, record_fits, "model", turns_alike)

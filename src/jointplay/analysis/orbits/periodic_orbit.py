@@ -11,7 +11,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -26,11 +26,13 @@ from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE
 from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.analysis.rates import needed
+from jointplay.analysis.rules import recorded_from
 from jointplay.analysis.starts import placed
 from jointplay.display import codes
 from jointplay.display.number_text import plain
 from jointplay.display.units import measure
 from jointplay.solver.mechanism.base import Natural
+from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 from jointplay.solver.motion.progress import part
 
@@ -95,11 +97,16 @@ OUTPUTS = Outputs(
 )
 
 
-@analysis(*ORBIT, usual={"rtol": RTOL}, outputs=OUTPUTS)
-def periodic_orbit(
+def _started(mechanism: Mechanism | TestSystem, initial: Any, section: Any) -> Model:
+    return recorded_from(mechanism, initial, section, (), placed)
+
+
+@analysis(*ORBIT, usual={"rtol": RTOL}, outputs=OUTPUTS, model=_started)
+def periodic_orbit(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
     *,
+    model: Model,
     period: Natural = 1,
     tolerance: Tolerance = TOLERANCE,
     max_iterations: Natural = ITERATIONS,
@@ -141,7 +148,7 @@ def periodic_orbit(
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     quantities = names(record, mechanism)
-    model, began = placed(mechanism, motion["initial"], section), time.perf_counter()
+    began = time.perf_counter()
     requested = section_map(model, section, period, motion["rtol"], motion["max_steps"])
     how = Search(motion["transient"], tolerance, max_iterations)
     orbit = search(requested, how, part(motion["progress"], 0.0, SETTLED))

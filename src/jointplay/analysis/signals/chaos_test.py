@@ -27,7 +27,7 @@ from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import Before, Motion, Moving, Quantity, Share, analysis
 from jointplay.analysis.labels import Out
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
-from jointplay.analysis.rules import section_fits, start_fits
+from jointplay.analysis.rules import section_fits
 from jointplay.analysis.signals.observable import MOVED, chosen, named, series, too_few
 from jointplay.analysis.simulate import simulate
 from jointplay.display import codes
@@ -103,7 +103,7 @@ def _quantity_fits(mechanism: Mechanism | TestSystem, quantity: str | None) -> N
     chosen(mechanism, quantity, USUAL)
 
 
-@analysis(_quantity_fits, deferred=[section_fits, start_fits], usual={"rtol": RTOL}, outputs=OUTPUTS)
+@analysis(_quantity_fits, deferred=[section_fits, "model"], usual={"rtol": RTOL}, outputs=OUTPUTS)
 def chaos_test(
     mechanism: Moving,
     *,

@@ -17,12 +17,11 @@ from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import Before, Motion, Moving, Quantities, Share, analysis
 from jointplay.analysis.labels import Out
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
-from jointplay.analysis.rules import section_fits, start_fits
+from jointplay.analysis.rules import section_fits
 from jointplay.analysis.signals import correlation_sum
 from jointplay.analysis.signals.observable import MOVED, observable, series
 from jointplay.display.errors import refuse
 from jointplay.display.number_text import with_error
-from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Natural, accepts
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 from jointplay.solver.motion.progress import part
@@ -90,7 +89,7 @@ def _rising(shares: tuple[float, float]) -> tuple[float, float]:
     return shares
 
 
-@analysis(_quantities_fit, deferred=[section_fits, start_fits], usual={"rtol": RTOL}, outputs=OUTPUTS)
+@analysis(_quantities_fit, deferred=[section_fits, "model"], usual={"rtol": RTOL}, outputs=OUTPUTS)
 def dimension(
     mechanism: Moving,
     *,
@@ -150,7 +149,7 @@ def _named(mechanism: Mechanism | TestSystem, quantities: tuple[str, ...] | None
 
 def _coordinates(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
     if isinstance(mechanism, TestSystem):
-        return assemble(mechanism).states
+        return mechanism.observed
     found = [f"{word}:{joint}" for joint in mechanism.contacts for word in ("journal_x", "journal_y")]
     found += [f"angular_velocity:{link.name}" for link in mechanism.links]
     return (*found, *(f"deflection:{link.name}" for link in mechanism.elastic_links))

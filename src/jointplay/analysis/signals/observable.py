@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from jointplay.analysis.quantities import WORDS, recorded
 from jointplay.display.errors import InputError, Problem, unknown
-from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 if TYPE_CHECKING:
@@ -19,7 +18,7 @@ STATE = "state_value"
 def chosen(mechanism: Mechanism | TestSystem, quantity: str | None, usual: str) -> tuple[str, str]:
     """As `observable`; where none is named, `usual` of the first joint with clearance, or the first state."""
     if quantity is None and isinstance(mechanism, TestSystem):
-        return STATE, assemble(mechanism).states[0]
+        return STATE, mechanism.observed[0]
     if quantity is None:
         quantity = usual if mechanism.clearance_joints else "drive_torque"
     return observable(mechanism, quantity)
@@ -44,7 +43,7 @@ def observable(mechanism: Mechanism | TestSystem, quantity: str, key: str = "qua
         If there is no such quantity here.
     """
     if isinstance(mechanism, TestSystem):
-        return STATE, _known(quantity, assemble(mechanism).states, key, "state")
+        return STATE, _known(quantity, mechanism.observed, key, "state")
     word, _, label = quantity.partition(":")
     try:
         recorded((word,), mechanism)

@@ -109,7 +109,7 @@ def _known(window: str) -> str:
     return window
 
 
-@analysis(_quantity_fits, rules.length_fits, deferred=[rules.start_fits, rules.samples_fit], outputs=OUTPUTS)
+@analysis(_quantity_fits, rules.length_fits, deferred=["model", rules.samples_fit], outputs=OUTPUTS)
 def spectrum(
     mechanism: Moving,
     *,

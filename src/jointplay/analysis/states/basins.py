@@ -150,10 +150,13 @@ OUTPUTS = Outputs(
 )
 
 
-@analysis(start_plane.plane_fits, rules.start_fits, rules.turns_alike, ensemble_fits, outputs=OUTPUTS)
-def basins(
+@analysis(
+    start_plane.plane_fits, "model", rules.turns_alike, ensemble_fits, outputs=OUTPUTS, model=rules.on_section
+)
+def basins(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
+    model: Model,
     plane: Plane,
     joint: JointName | None = None,
     turns: Annotated[Natural, Field(ge=REPEATS)] = TURNS,
@@ -203,8 +206,8 @@ def basins(
     together = in_lanes(ensemble, mechanism, motion["rtol"], math.prod(map(len, axes.values())))
     settled = motion["transient"], turns, patience, tolerance
     observation = Observation(*settled, motion["rtol"], motion["max_steps"], together)
-    starts, progress = Starts(mechanism, motion["initial"], tuple(axes), joint), motion["progress"]
-    warm([starts.model], together)
+    starts, progress = Starts(mechanism, motion["initial"], tuple(axes), joint, model), motion["progress"]
+    warm([model], together)
     nodes = grid(axes)
     extra, distances = random_pairs(axes, pairs if uncertainty else 0)
     values = np.concatenate([nodes, extra.reshape(-1, 2)])

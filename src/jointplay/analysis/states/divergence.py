@@ -29,9 +29,8 @@ from jointplay.analysis import rules
 from jointplay.analysis.exponents.growth import STATE, TIME, Turn
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place, state_names
-from jointplay.analysis.states.start_plane import beyond_a_wall, section_of
+from jointplay.analysis.states.start_plane import beyond_a_wall
 from jointplay.analysis.tangents import scales
-from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.motion.trajectory import INTERRUPTED, Request, follow
 
@@ -57,9 +56,8 @@ class Divergence:
     seed: int
     max_steps: int | None
 
-    def follow(self, mechanism, initial, progress=None) -> tuple[dict[str, Any], int]:
+    def follow(self, model: Model, progress=None) -> tuple[dict[str, Any], int]:
         """Follow motion and neighbours: values, status."""
-        model = assemble(mechanism, initial, section_of(mechanism))
         cut = model.structure.section is not None and self.compare != "time"
         crank = crank_place(model) if cut else None
         names = state_names(model)

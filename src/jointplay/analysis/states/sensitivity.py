@@ -26,6 +26,7 @@ from jointplay.analysis.states.start_plane import Starts, axis_values, plane_fit
 from jointplay.display.errors import Problem
 from jointplay.display.number_text import plain, signed
 from jointplay.solver.mechanism.base import Count, Natural, accepts
+from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.progress import part
 
@@ -132,14 +133,16 @@ OUTPUTS = Outputs(
     _compare_fits,
     _transient_fits,
     plane_fits,
-    rules.start_fits,
+    "model",
     rules.turns_alike,
     usual={"rtol": RTOL, "transient": 0},
     outputs=OUTPUTS,
+    model=rules.on_section,
 )
-def sensitivity(
+def sensitivity(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
+    model: Model,
     neighbours: Count | None = None,
     references: Natural = 1,
     distance: Small = DISTANCE,
@@ -197,11 +200,11 @@ def sensitivity(
     began, found, over, statuses = time.perf_counter(), {}, {}, []
     if bundle.neighbours:
         share = 0.5 if plane is not None else 1.0
-        found, status = bundle.follow(mechanism, initial, part(progress, 0.0, share))
+        found, status = bundle.follow(model, part(progress, 0.0, share))
         statuses.append(status)
     if plane is not None:
         rest = part(progress, 0.5 if bundle.neighbours else 0.0, 1.0)
-        starts, axes = Starts(mechanism, initial, tuple(plane), joint), axis_values(plane)
+        starts, axes = Starts(mechanism, initial, tuple(plane), joint, model), axis_values(plane)
         found |= field(starts, axes, turns, rtol, limit, rest, n_jobs)
         over = starts.axes(axes)
         statuses.append(plane_status(found["node_status"]))

@@ -19,14 +19,14 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.rules import quantity
+from jointplay.analysis.rules import on_section
 from jointplay.analysis.starts import free_states, state_names
 from jointplay.analysis.states.journal_position import Journals
 from jointplay.display.errors import NOTHING, InputError, Problem, unknown
 from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.mechanism.records import ConstantSpeed, CrankAngle, Mechanism, TestSystem
+from jointplay.solver.mechanism.records import ConstantSpeed, Mechanism, TestSystem
 
 CRANK = {"crank_angle": ("rad", "crank angle"), "crank_speed": ("rad s-1", "crank speed")}
 JOURNAL = {
@@ -50,13 +50,6 @@ FARTHEST = 10.0  # clearances from the bearing's centre: farther out another uni
 CRASHED = STATUS.index("crashed")
 
 
-def section_of(mechanism: Mechanism | TestSystem) -> str | None:
-    """The quantity that cuts a motion once a turn (or forcing period); None where nothing turns."""
-    if isinstance(mechanism, TestSystem) and mechanism.period is None:
-        return None
-    return quantity(CrankAngle(), mechanism)
-
-
 def axis_values(plane: Mapping[str, Any]) -> dict[str, np.ndarray]:
     """Values along each axis of a plane that has been checked."""
     return {
@@ -73,13 +66,13 @@ def grid(axes: Mapping[str, np.ndarray]) -> np.ndarray:
     return np.stack([np.repeat(first, len(second)), np.tile(second, len(first))], -1)
 
 
-def plane_fits(mechanism: Any, plane: Any, joint: Any, initial: Any) -> list[Problem]:
+def plane_fits(mechanism: Any, plane: Any, joint: Any, initial: Any, model: Any = None) -> list[Problem]:
     """List the problems of a plane; none where the start that it is laid through cannot be assembled."""
     if plane is None:
         return []
     if len(plane) != 2:
         return [Problem("plane", plane, "a table of two coordinates, each with its values, is accepted")]
-    problems = coordinate_problems("plane", mechanism, plane, joint, initial)
+    problems = coordinate_problems("plane", mechanism, plane, joint, initial, model)
     problems += [each for name, given in plane.items() for each in _wrong_values(name, given)]
     counts = [given["num"] if isinstance(given, Mapping) else len(given) for given in plane.values()]
     if not problems and (nodes := math.prod(counts)) > MOST_NODES:
@@ -88,12 +81,10 @@ def plane_fits(mechanism: Any, plane: Any, joint: Any, initial: Any) -> list[Pro
 
 
 def coordinate_problems(
-    key: str, mechanism: Any, given: Mapping[str, Any], joint: Any, initial: Any
+    key: str, mechanism: Any, given: Mapping[str, Any], joint: Any, initial: Any, model: Model | None
 ) -> list[Problem]:
     """List the problems of coordinates named under a key; none where their start cannot be assembled."""
-    try:
-        model = assemble(mechanism, initial, section_of(mechanism))
-    except InputError:
+    if model is None:
         return []
     known = coordinates(mechanism, model)
     problems = [
@@ -187,11 +178,13 @@ class Starts:
         The coordinates.
     joint : str, optional
         Whose journal; the first joint with clearance if left out.
+    model : Model, optional
+        The mechanism at that start, on its section, where it has been assembled.
     """
 
-    def __init__(self, mechanism, initial: Any, names: Sequence[str], joint: str | None = None):
+    def __init__(self, mechanism, initial: Any, names: Sequence[str], joint: str | None = None, model=None):
         self.mechanism, self.initial, self.names = mechanism, initial, tuple(names)
-        self.model = assemble(mechanism, initial, section_of(mechanism))
+        self.model = on_section(mechanism, initial) if model is None else model
         self.states = state_names(self.model)
         bearings = (joint,) if joint is not None else _bearings(self.model)
         self.joint = 2 * self.model.joints.index(bearings[0]) if bearings else 0

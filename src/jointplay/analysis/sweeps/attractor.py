@@ -72,7 +72,7 @@ def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[st
     mechanism : Mechanism or TestSystem
         What moves.
     start : optional
-        As in `placed`.
+        As in `placed`; or the model, assembled there.
     plan : Plan
         Settings of the sweep.
 
@@ -88,7 +88,7 @@ def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[st
     InputError
         If the start or the section does not fit the mechanism; numerical trouble is a status instead.
     """
-    model = placed(mechanism, start, plan.section)
+    model = start if isinstance(start, Model) else placed(mechanism, start, plan.section)
     steps, route = 0, 1
     if plan.transient:
         dropped = _run(model, plan, plan.transient, watched=False)

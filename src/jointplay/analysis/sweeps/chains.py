@@ -17,7 +17,7 @@ import numpy as np
 
 from jointplay.analysis.cells import Work, guarded
 from jointplay.analysis.labels import Out
-from jointplay.analysis.starts import End, same_states
+from jointplay.analysis.starts import End, continued
 from jointplay.analysis.sweeps.attractor import Plan, settle, settle_together
 from jointplay.analysis.sweeps.points import labelled
 from jointplay.analysis.vary import Axis, largest
@@ -172,11 +172,11 @@ class Chain:
         return settle(*self.begun(n, end)["begun"], self.plan)
 
     def begun(self, n: int, end: Sequence[Any] | None) -> Entry:
-        """Mechanism and start of the n-th point, after one that ended so."""
+        """Mechanism and model of the n-th point, after one that ended so."""
         here, last = self.mechanism.varied(self.changes[n]), end
         if end is not None and not isinstance(end, End):  # from a journal
             last = End(*end)
-        return {"begun": (here, last if last is not None and same_states(here, last) else self.start)}
+        return {"begun": (here, continued(here, last, self.start, self.plan.section))}
 
     def only(self, key: str) -> Chain:
         """Give the chain up to a point; the point alone where none depends on another."""

@@ -1,7 +1,8 @@
 """Compiled code: the loops of the method, and modules generated for structures.
 
 Generated modules are named by the hash of their text, and found by the structure that they belong to without
-deriving its equations again.
+deriving its equations again. The least recently used of many are forgotten, machine code and all, once
+nothing calls them.
 
 The method itself is compiled to object code (method.compiler) in a process of its own, beside what the one
 does that needs it, and loaded by every process alike, without numba.
@@ -16,11 +17,12 @@ import subprocess
 import sys
 import tempfile
 import threading
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
-from typing import IO
+from typing import IO, Any
 
+from ..equations.structure import Linkage, Oscillator
 from ..method.interface import Compiled, interpreted
 from . import generated, objects, place, prebuilt
 from .digest import digest as digest
@@ -34,6 +36,7 @@ sys.modules["jointplay"] = module_from_spec(spec)
 spec.loader.exec_module(sys.modules["jointplay"])
 importlib.import_module("jointplay.solver.codegen.cache").build(sys.argv[2])
 """
+KEPT = 256  # generated modules in memory at most
 _compiling: dict[str, tuple[subprocess.Popen, IO[str]]] = {}
 _loops: dict[str, SimpleNamespace] = {}
 _lock = threading.Lock()
@@ -141,7 +144,7 @@ def _ended_well(child: subprocess.Popen, said: IO[str]) -> bool:
 
 def structure_module(structure) -> ModuleType:
     """The compiled functions of a structure; equations are derived only if they never were."""
-    return _module(f"structure {_text(structure)}", lambda: _from_equations("module", structure))
+    return _module("module", structure)
 
 
 def variation_module(structure, directions: tuple[tuple[str, ...], ...] = ()) -> ModuleType:
@@ -150,67 +153,56 @@ def variation_module(structure, directions: tuple[tuple[str, ...], ...] = ()) ->
     `directions`: names of the numbers that change along each (codegen.variation).
     """
     sizes = structure_module(structure).SIZES
-    given = sizes["first"], bool(sizes["planned"]), directions
-    key = f"variation {_text(structure)}" + f" {directions!r}" * bool(directions)
-    return _module(key, lambda: _from_equations("variation", structure, *given))
+    return _module("variation", structure, sizes["first"], bool(sizes["planned"]), directions)
 
 
 def ensemble_module(structure) -> ModuleType:
     """The compiled equations of a structure (that is `ensemble.known`) for eight trajectories at once."""
-    return _module(f"ensemble {_text(structure)}", lambda: _from_equations("lanes.equations", structure))
+    return _module("lanes.equations", structure)
 
 
 def ensemble_tangents(positions: int) -> ModuleType:
     """The compiled code that carries a tangent with each of eight trajectories of so many positions."""
-    return _module(f"ensemble tangents {positions}", lambda: _writer("lanes.tangent").text(positions))
+    return _module("lanes.tangent", positions)
 
 
 def algebra_module(n_q: int, n: int) -> ModuleType:
     """The compiled algebra of the method for n_q positions and n speeds."""
-    return _module(f"algebra {n_q} {n}", lambda: _writer("algebra").text(n_q, n))
+    return _module("algebra", n_q, n)
 
 
 def ensemble_algebra(turning: tuple[float, ...], *sizes: int) -> ModuleType:
     """The compiled algebra of the method for eight trajectories at once (codegen.lanes.algebra)."""
-    key = f"ensemble algebra {turning!r} {sizes!r}"
-    return _module(key, lambda: _writer("lanes.algebra").text(turning, *sizes))
+    return _module("lanes.algebra", turning, *sizes)
 
 
-def _writer(name: str) -> ModuleType:
-    """The module of this package that writes a text; loaded late, since most of them need SymPy."""
-    return importlib.import_module(f".{name}", __package__)
+@lru_cache(maxsize=KEPT)
+def _module(writer: str, *given: Any) -> ModuleType:
+    """The module that a writer of this package makes of a structure or of sizes, kept once it is loaded.
 
-
-def _from_equations(name: str, structure, *sizes: int, of: str = "text") -> str:
-    from ..equations.write import system
-
-    return getattr(_writer(name), of)(system(structure), *sizes)
-
-
-@lru_cache(maxsize=256)
-def _text(structure) -> str:
-    return repr(structure)
-
-
-@cache
-def _named(key: str) -> str | None:
-    """Name of the module that was written for a key."""
+    What is given decides the text, since the digest decides the writer: neither changes within a process.
+    """
+    key = f"{writer} {given!r}"
     name = place.read(f"{_short(key)}.name")
-    return None if name is None else name.decode()
-
-
-def _module(key: str, text) -> ModuleType:
-    name = _named(key)
-    if name is None or place.read(f"{name}.py") is None:
+    if name is None or place.read(f"{name.decode()}.py") is None:
         place.compiling(key)
-        source = text()
-        name = f"k{_short(source)}"
-        place.write(f"{name}.py", source.encode())
-        place.write(f"{_short(key)}.name", name.encode())
-        _named.cache_clear()
-    module = generated.load(name, method)
+        source = _text(writer, *given)
+        name = f"k{_short(source)}".encode()
+        place.write(f"{name.decode()}.py", source.encode())
+        place.write(f"{_short(key)}.name", name)
+    module = generated.load(name.decode(), method)
     place.settle()
     return module
+
+
+def _text(writer: str, *given: Any) -> str:
+    """The text of a module; writers are loaded late, since most of them need SymPy."""
+    written = importlib.import_module(f".{writer}", __package__).text
+    if isinstance(given[0], Linkage | Oscillator):
+        from ..equations.write import system
+
+        given = system(given[0]), *given[1:]
+    return written(*given)
 
 
 def _short(text: str) -> str:

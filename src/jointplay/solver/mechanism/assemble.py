@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -63,10 +63,7 @@ def assemble(
     structure = linkage(mechanism, forest, section, powers, relaxed)
     bases = Bases(mechanism, forest, start(mechanism, initial, forest))
     angles, speeds, _ = bases.state
-    loose = mechanism.clearance_joints
-    driven = [mechanism.drive.nominal_speed] if mechanism.drive else [*speeds.values()]
-    timed = [load for load in mechanism.loads if load.timed]
-    nominal = max(map(abs, driven), default=0.0) or max((load.frequency for load in timed), default=1.0)
+    loose, nominal = mechanism.clearance_joints, nominal_speed(mechanism, speeds.values())
     values = numbers(mechanism, forest, structure, bases) | {"settling": SETTLING * nominal}
     rows = [*_positions(mechanism, structure, bases, nominal)]
     position, velocity, unit, floor, turning, fold = np.array(rows, dtype=float).reshape(-1, 6).T.copy()
@@ -79,6 +76,7 @@ def assemble(
     varying = [load for load in mechanism.loads if load.varies]
     course = structure.course
     varying += [mechanism.drive] if course and (followed or course.timed) else []
+    forwards = mechanism.drive.nominal_speed if mechanism.drive else next(iter(speeds.values()))
     spans = [each.step / (getattr(each, "frequency", None) or nominal) for each in varying]
     return Model(
         structure=structure,
@@ -105,8 +103,18 @@ def assemble(
         crank=structure.driven,
         crank_angle=angles[structure.driven],
         crank_speed=speeds[structure.driven],
-        forward=1 if (speeds[structure.driven] or driven[0]) >= 0 else -1,
+        forward=1 if (speeds[structure.driven] or forwards) >= 0 else -1,
     )
+
+
+def nominal_speed(mechanism: Mechanism, speeds: Iterable[float] = ()) -> float:
+    """Give the size of the speed after which a linkage's period is named, rad/s.
+
+    That is the drive's; without one the largest of `speeds`, or of frequencies of loads where nothing turns.
+    """
+    driven = [mechanism.drive.nominal_speed] if mechanism.drive else speeds
+    timed = (load.frequency for load in mechanism.loads if load.timed)
+    return max(map(abs, driven), default=0.0) or max(timed, default=1.0)
 
 
 def _check_journals(bases: Bases) -> None:

@@ -44,6 +44,8 @@ class Record(BaseModel):
     @classmethod
     def model_validate(cls, obj: Any, **options: Any) -> Self:
         """Build the record from a mapping of its keys; wrong input raises `InputError`."""
+        if isinstance(obj, Mapping) and not options and all(isinstance(key, str) for key in obj):
+            return cls(**obj)  # where a class has an __init__, pydantic goes through its validators twice
         try:
             return super().model_validate(plain(obj), **options)
         except ValidationError as error:

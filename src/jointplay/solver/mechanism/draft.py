@@ -15,7 +15,7 @@ from typing import Any
 from jointplay.display.errors import InputError, Problem, unknown
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism.base import GROUND, MOST, Record
-from jointplay.solver.mechanism.loops.loop import find_four_bar
+from jointplay.solver.mechanism.loops.four_bar import find_four_bar
 from jointplay.solver.mechanism.parts.beam import Link
 from jointplay.solver.mechanism.parts.drive import DRIVES, AnyDrive
 from jointplay.solver.mechanism.parts.joints import Joint, Pin

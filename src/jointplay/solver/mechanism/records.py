@@ -77,7 +77,7 @@ class Mechanism(Record):
         Where it points to, rad anticlockwise from x; along −y if left out.
     branch : {'upper', 'lower'}
         Which way a four-bar is assembled: with the joint between coupler and rocker above or below
-        (`jointplay.solver.mechanism.loops.closure.ideal_state` says exactly).
+        (`jointplay.solver.mechanism.loops.ideal.ideal_state` says exactly).
     order : {'consistent', 'paper'}
         Inertia terms of elastic links: all to second order in the deflection, or those of Chunmei et al.
         (2002), equations (3) to (12); unused while every link is rigid.

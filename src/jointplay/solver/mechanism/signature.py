@@ -54,8 +54,8 @@ Rule = Callable[..., Iterable[Problem] | None]
 
 
 def checked(
-    *rules: Rule,
-    deferred: Collection[Rule] = (),
+    *rules: Rule | str,
+    deferred: Collection[Rule | str] = (),
     before: Callable[[dict[str, Any]], dict[str, Any]] = dict,
     after: Callable[[dict[str, Any]], None] = lambda arguments: None,
     **shared: Callable[..., Any],
@@ -64,10 +64,11 @@ def checked(
 
     Parameters
     ----------
-    *rules : callable
+    *rules : callable or str
         Each is called with those of the arguments that it names, where all of these are right by themselves;
-        it yields the problems of their not fitting together, or raises an `InputError`.
-    deferred : collection of callable
+        it yields the problems of their not fitting together, or raises an `InputError`. Or the name of a
+        shared value, whose making tells.
+    deferred : collection of callable or str
         Rules whose problems the function itself raises first of all: asked here only beside other problems.
     before : callable
         Gives the arguments to check, of those that were given.
@@ -75,13 +76,14 @@ def checked(
         Called with the arguments when all is right.
     **shared : callable
         What rules may name beside arguments, each made once of the arguments that it names itself; where that
-        raises an `InputError`, which another rule has to tell, the rules that name it are not asked.
+        raises an `InputError`, a rule that names it takes its own default, or is not asked. The function may
+        name it too: then it is no argument of a call, and told of as what is deferred where no rule names it.
 
     Returns
     -------
     callable
         Decorates a function. What it gives has ``fields()``, type and default of each argument, and
-        ``rule_problems``, which tells what rules say of arguments that come from elsewhere.
+        ``asked``, which tells what rules say of arguments that come from elsewhere, and calls it with them.
 
     Raises
     ------
@@ -90,77 +92,124 @@ def checked(
     """
 
     def decorated(function: Callable[P, T]) -> Callable[P, T]:
+        whole = signature(function)
+        own = {name: each for name, each in whole.parameters.items() if name not in shared}
+        taken = [name for name in whole.parameters if name in shared]
+        last = (*(name for name in taken if name not in rules), *deferred)
+        function.__signature__ = whole.replace(parameters=own.values())  # type: ignore[attr-defined]
         fields = cache(partial(_fields, function))
-        own = signature(function).parameters
         alone = [name for name, each in own.items() if each.kind is Parameter.POSITIONAL_ONLY]
         places = [name for name, each in own.items() if each.kind in _BY_PLACE]
         open_ended = any(each.kind is Parameter.VAR_KEYWORD for each in own.values())
         form = cache(partial(_form, function.__name__, fields, open_ended))
 
-        def rule_problems(
-            given: Mapping[str, Any], wrong: Collection[str] = (), asked: Iterable[Rule] = (*rules, *deferred)
-        ) -> list[Problem]:
-            """Problems that rules find in arguments, apart from arguments that are wrong by themselves."""
+        def known(given: Mapping[str, Any], wrong: Collection[str]) -> _Shared:
+            """Arguments that are right by themselves; none where so much is wrong that not all is known."""
             usual = {name: None if default is ... else default for name, (_, default) in fields().items()}
             sound = {name: value for name, value in given.items() if name not in wrong}
             try:
-                sound = usual | (dict(form(needed=False)(**sound)) if wrong else sound)
-            except InputError:  # so much is wrong that not all of it is known
-                return []
-            sound = _Shared(sound, shared)
-            said = (_problems(rule, sound) for rule in asked if not sound.needed(rule) & {*wrong})
-            return [each for problems in said for each in problems]
+                return _Shared(usual | (dict(form(needed=False)(**sound)) if wrong else sound), shared)
+            except InputError:
+                return _Shared({}, shared)
 
-        @wraps(function)
-        def call(*values: P.args, **others: P.kwargs) -> T:
-            given = before(_by_name(function.__name__, places, values, others))
-            try:
-                arguments, problems = dict(form()(**given)), []
-            except InputError as error:
-                arguments, problems = given, error.problems
-            wrong = {first(problem.key) for problem in problems}
-            if problems := problems + rule_problems(arguments, wrong, rules):
-                raise InputError(problems + rule_problems(arguments, wrong, deferred))
-            after(arguments)
-            by_place = [arguments.pop(name) for name in alone]
+        def asked(
+            given: Mapping[str, Any], wrong: Collection[str] = ()
+        ) -> tuple[list[Problem], Callable[..., T]]:
+            """Problems that rules find in arguments, but of those that are `wrong`, and the answer."""
+            arguments = known(given, wrong)
+            problems = arguments.told((*rules, *last), wrong)
+            return problems, partial(answer, arguments, problems)
+
+        def answer(arguments: _Shared, problems: list[Problem], **more: Any) -> T:
+            """Call the function; `more` stands in place of its arguments, as rules that name it allow."""
+            again = [
+                rule for rule in rules if not isinstance(rule, str) and _names(rule).keys() & more.keys()
+            ]
+            if problems := problems + _Shared(arguments.given | more, shared).told(again):
+                raise InputError(problems)
+            given = arguments.given | {name: arguments[name] for name in taken} | more
+            by_place = [given.pop(name) for name in alone]
             if not open_ended:
-                return function(*by_place, **arguments)
+                return function(*by_place, **given)
             try:
-                return function(*by_place, **arguments)
+                return function(*by_place, **given)
             except InputError as error:  # of a keyword that it hands on, where its own are accepted too
                 named = [name for name in own if name in fields() and name != "self"]
                 found = (also_known(problem, named) for problem in error.problems)
                 raise InputError(found, error.root, error.more) from None
 
-        call.fields, call.rule_problems = fields, rule_problems  # type: ignore[attr-defined]
+        @wraps(function)
+        def call(*values: P.args, **others: P.kwargs) -> T:
+            given = before(_by_name(function.__name__, places, values, others))
+            try:
+                given, problems = dict(form()(**given)), []
+            except InputError as error:
+                problems = error.problems
+            wrong = {first(problem.key) for problem in problems}
+            arguments = known(given, wrong)
+            if problems := problems + arguments.told(rules, wrong):
+                raise InputError(problems + arguments.told(last, wrong))
+            after(given)
+            return answer(arguments, [])
+
+        call.fields, call.asked = fields, asked  # type: ignore[attr-defined]
         return call
 
     return decorated
 
 
 class _Shared(dict[str, Any]):
-    """Arguments by name, and values shared by rules, made of the arguments when first used."""
+    """Arguments by name (`given`), and values shared by rules, made of the arguments when first used."""
 
-    def __init__(self, arguments: Mapping[str, Any], shared: Mapping[str, Callable[..., Any]]) -> None:
-        super().__init__(arguments)
-        self.shared = shared
+    def __init__(self, given: Mapping[str, Any], shared: Mapping[str, Callable[..., Any]]) -> None:
+        super().__init__(given)
+        self.given, self.shared = dict(given), shared
 
     def __missing__(self, name: str) -> Any:
         made = self[name] = self.shared[name](**self.of(self.shared[name]))
         return made
 
     def of(self, function: Callable[..., Any]) -> dict[str, Any]:
-        """The arguments of a function."""
-        return {name: self[name] for name in _names(function)}
+        """The arguments of a function; of shared values that cannot be made its own defaults."""
+        return {name: self._made(name, default) for name, default in _names(function).items()}
 
-    def needed(self, rule: Rule) -> frozenset[str]:
-        """Names of the arguments that a rule depends on."""
-        return _names(rule).union(*(_names(self.shared[n]) for n in _names(rule) & self.shared.keys()))
+    def _made(self, name: str, default: Any) -> Any:
+        try:
+            return self[name]
+        except InputError:
+            if default is Parameter.empty:
+                raise
+            return default
+
+    def needed(self, rule: Rule | str) -> set[str]:
+        """Names of the arguments that a rule, or a shared value, cannot do without."""
+        named = {rule: Parameter.empty} if isinstance(rule, str) else _names(rule)
+        own = {n for n, each in named.items() if n not in self.shared or each is Parameter.empty}
+        return own.union(*(self.needed(self.shared[name]) for name in own & self.shared.keys()))
+
+    def told(self, rules: Iterable[Rule | str], wrong: Collection[str] = ()) -> list[Problem]:
+        """Problems that rules, or the making of shared values, find; but of `wrong` arguments."""
+        asked = [rule for rule in rules if self.given and not self.needed(rule) & {*wrong}]
+        return [problem for rule in asked for problem in self._of(rule)]
+
+    def _of(self, rule: Rule | str) -> list[Problem]:
+        try:
+            own = None if isinstance(rule, str) else self.of(rule)
+        except InputError:  # another rule tells
+            return []
+        try:
+            if own is not None:
+                return list(rule(**own) or ())
+            self[rule]
+        except InputError as error:
+            return error.problems
+        return []
 
 
 @cache
-def _names(function: Callable[..., Any]) -> frozenset[str]:
-    return frozenset(signature(function).parameters)
+def _names(function: Callable[..., Any]) -> dict[str, Any]:
+    """Names of a function's parameters, and their defaults."""
+    return {name: each.default for name, each in signature(function).parameters.items()}
 
 
 @runtime_checkable
@@ -192,18 +241,6 @@ def preset(*references: str, **trial: Any) -> Callable[[Callable[P, T]], Callabl
         return made
 
     return decorated
-
-
-def _problems(rule: Rule, arguments: _Shared) -> list[Problem]:
-    """Problems that a rule finds in the arguments that it names."""
-    try:
-        own = arguments.of(rule)
-    except InputError:
-        return []
-    try:
-        return list(rule(**own) or ())
-    except InputError as error:
-        return error.problems
 
 
 @dataclass(frozen=True)

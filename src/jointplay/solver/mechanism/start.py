@@ -12,10 +12,8 @@ from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism.base import ANGLE, FAR, GROUND, is_number
 from jointplay.solver.mechanism.loops.bases import Bases
-from jointplay.solver.mechanism.loops.closure import check_crank, ideal_state
-from jointplay.solver.mechanism.loops.ideal import State, ideal_configuration, placed
-from jointplay.solver.mechanism.loops.kinematic_chains import Forest, origins
-from jointplay.solver.mechanism.loops.loop import find_four_bar
+from jointplay.solver.mechanism.loops.ideal import State, ideal_state, placed
+from jointplay.solver.mechanism.loops.kinematic_chains import Forest
 from jointplay.solver.mechanism.parts.joints import Pin
 from jointplay.solver.mechanism.records import Mechanism
 
@@ -59,37 +57,8 @@ def start(mechanism: Mechanism, initial: Any, forest: Forest | None = None) -> S
     if problems:
         raise InputError(problems, "initial")
     if not initial.keys().isdisjoint(WRITTEN_OUT):
-        return _located(mechanism, *_written_out(mechanism, initial))
-    if find_four_bar(mechanism.joints, mechanism.crank):
-        return _located(mechanism, *ideal_state(mechanism, **initial))
-    return _found(mechanism, **initial)
-
-
-def _found(
-    mechanism: Mechanism,
-    crank_angle: float | None = None,
-    crank_speed: float | None = None,
-    branch: str | None = None,
-) -> State:
-    """The ideal state of a mechanism that is no four-bar."""
-    if branch is not None:
-        raise refuse(
-            branch, "a branch is accepted of a four-bar only; guess names that of others", "initial.branch"
-        )
-    angle = 0.0 if crank_angle is None else crank_angle
-    usual = mechanism.drive.start_speed if mechanism.drive else 0.0
-    speed = usual if crank_speed is None else crank_speed
-    check_crank(angle, speed)
-    return ideal_configuration(mechanism, angle, speed)
-
-
-def _located(mechanism: Mechanism, angles: dict[str, float], speeds: dict[str, float]) -> State:
-    """The places of links along the joints as if these were ideal."""
-    if any(joint.prismatic for joint in mechanism.joints):
-        return placed(mechanism, angles, speeds)
-    along = origins(mechanism, mechanism.joints)
-    points = {name: np.array(place.motion(angles, speeds)) for name, place in along.items()}
-    return State(angles, speeds, points)
+        return placed(mechanism, *_written_out(mechanism, initial))
+    return ideal_state(mechanism, **initial)
 
 
 def _fixed(mechanism: Mechanism, closed: bool) -> dict[str, Any]:

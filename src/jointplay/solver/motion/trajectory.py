@@ -199,7 +199,7 @@ def scratch(structure: Linkage | Oscillator, more: int = 0):
     """Work arrays of a structure, with so many lane rows `more`."""
     from jointplay.solver.method.memory import work
 
-    sizes, _ = _sizes(structure)
+    sizes = cache.structure_module(structure).SIZES
     n_q, n = sizes["positions"], sizes["speeds"]
     looked, n_s = sizes["contacts"] + sizes["resets"] + sizes["rubs"], 1 + n_q + n + 2 * sizes["angles"]
     return work(n_s, n_q, n, looked, sizes["powers"], sizes["rows"] + more, sizes["jacobian"])
@@ -209,7 +209,8 @@ def run_of(model: Model, request: Request, log: np.ndarray | None = None):
     """Arrays of the trajectory and options of a run; `log` may be shared with others."""
     from jointplay.solver.method.memory import COLUMNS, GROWTH, LEVEL, REBOUND_ERROR, H, Options, trajectory
 
-    sizes, flags = _sizes(model.structure)
+    module = cache.structure_module(model.structure)
+    sizes = module.SIZES
     n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
     state, still = np.concatenate([[0.0], model.state]), guard_tolerances.speed(model, request.rtol)
     resets = sizes["resets"], sizes["rubs"]
@@ -223,7 +224,7 @@ def run_of(model: Model, request: Request, log: np.ndarray | None = None):
         clearance_squared=guard_tolerances.clearances_squared(model, n_contacts),
         group=_groups(model, sizes["resets"]),
         cone=guard_tolerances.cones(model),
-        flags=flags.copy(),
+        flags=np.array([*module.CONTACTS.values()], dtype=np.int64),
         work=np.zeros(sizes["powers"]),
         sample_times=np.ascontiguousarray(request.at, dtype=float),
         samples=np.zeros((len(request.at), width)),
@@ -260,13 +261,6 @@ def run_of(model: Model, request: Request, log: np.ndarray | None = None):
         stop_after=request.stop_after,
     )
     return motion, options
-
-
-@lru_cache(maxsize=256)
-def _sizes(structure: Linkage | Oscillator) -> tuple[dict[str, int], np.ndarray]:
-    """Sizes of a structure's module, and the flags of its contacts."""
-    module = cache.structure_module(structure)
-    return module.SIZES, np.array([*module.CONTACTS.values()], dtype=np.int64)
 
 
 def _groups(model: Model, n_resets: int) -> np.ndarray:

@@ -3,8 +3,6 @@
 Of a text its constants are executed; its functions are machine code (codegen.instructions), kept as an object
 file beside it. Where nothing is compiled ($NUMBA_DISABLE_JIT), or places in arrays are checked
 ($NUMBA_BOUNDSCHECK), the whole text is a module of plain Python.
-
-The least recently used of many structures are forgotten, machine code and all, once nothing calls them.
 """
 
 from __future__ import annotations
@@ -15,7 +13,7 @@ import importlib
 import marshal
 import sys
 from collections.abc import Callable
-from functools import cache, lru_cache
+from functools import cache
 from importlib.abc import InspectLoader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import spec_from_file_location
@@ -27,12 +25,10 @@ import numpy as np
 from ...method.interface import interpreted
 from .. import objects, place
 
-KEPT = 256  # modules in memory at most
 WORDS = 7  # of an array, in a call by address
 FLOAT = np.dtype(float)
 
 
-@lru_cache(maxsize=KEPT)
 def load(name: str, method: Callable) -> ModuleType:
     """The module of a text that was written under a name; `method` is cache.method."""
     if interpreted():

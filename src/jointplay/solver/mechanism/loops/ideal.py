@@ -1,6 +1,7 @@
-"""The ideal mechanism's configurations: positions of all links by Newton's method on every joint's closure.
+"""The ideal mechanism's configurations: of a four-bar in closed form, else by Newton's method.
 
-Unknowns are x, y and angle of every link; every joint, with clearance taken as 0, gives two equations
+A four-bar has a branch by name (`four_bar`). Of any other linkage its guess names it, and unknowns are
+x, y and angle of every link; every joint, with clearance taken as 0, gives two equations
 
     revolute    P_journal - P_bearing = 0,
     prismatic   l (theta_journal + direction - theta_bearing - direction) = 0,  n.(P_journal - P_bearing) = 0,
@@ -16,13 +17,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from jointplay.display.errors import NOTHING, InputError, Problem, refuse
-from jointplay.solver.mechanism.base import GROUND
+from jointplay.display.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.solver.mechanism.base import ANGLE, FAR, GROUND, is_number
 from jointplay.solver.mechanism.loops.dyads import decompose
+from jointplay.solver.mechanism.loops.four_bar import BRANCHES, Branch, find_four_bar
+from jointplay.solver.mechanism.loops.kinematic_chains import origins
 from jointplay.solver.mechanism.parts.joints import Joint, Pin
 from jointplay.solver.mechanism.records import Mechanism
 
@@ -163,6 +166,71 @@ class Closure:
         return State(angles, speeds, points)
 
 
+def ideal_state(
+    mechanism: Mechanism,
+    crank_angle: float | None = None,
+    crank_speed: float | None = None,
+    branch: Branch | None = None,
+) -> State:
+    """Give the state of a mechanism with every joint ideal: of a four-bar in closed form, else by its guess.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Any linkage; clearances in it are taken as 0.
+    crank_angle : float, optional
+        Angle of the driven link, rad; 0 if left out.
+    crank_speed : float, optional
+        Its angular velocity, rad/s. Left out: that at which the drive starts, 0 without one.
+    branch : {'upper', 'lower'}, optional
+        Which of the two ways to assemble a four-bar; the mechanism's own if left out. Seen along the line
+        from the crank's end to the rocker's pivot, ``upper`` puts the joint between coupler and rocker on
+        the left where the ground line O–C points to +x (or straight up or down), and on the right where it
+        points to −x. With a level ground line longer than the crank this is above it; a mirror image left
+        to right keeps its branch.
+
+    Returns
+    -------
+    State
+        The crank's angle as given, the others' in (−π, π].
+
+    Raises
+    ------
+    InputError
+        If the mechanism cannot close at this angle, is at a dead centre, where the crank does not determine
+        the other speeds, or is no four-bar and its guess is missing or does not close.
+    """
+    loop = find_four_bar(mechanism.joints, mechanism.crank)
+    if loop is None and branch is not None:
+        accepted = "a branch is accepted of a four-bar only; guess names that of others"
+        raise refuse(branch, accepted, "initial.branch")
+    crank_angle = 0.0 if crank_angle is None else crank_angle
+    branch = mechanism.branch if branch is None else branch
+    if crank_speed is None:
+        crank_speed = mechanism.drive.start_speed if mechanism.drive else 0.0
+    _check(crank_angle, crank_speed, branch)
+    if loop is None:
+        return ideal_configuration(mechanism, crank_angle, crank_speed)
+    angles = loop.angles(crank_angle, branch)
+    speeds = loop.speeds(angles, crank_speed)
+    names = [link.name for link in mechanism.links]
+    by_link = (dict(zip(loop.links, values, strict=True)) for values in (angles, speeds))
+    return placed(mechanism, *({name: values[name] for name in names} for values in by_link))
+
+
+def _check(crank_angle: Any, crank_speed: Any, branch: Any) -> None:
+    """Refuse an angle, a speed or a branch that is none."""
+    problems = []
+    if not is_number(crank_angle) or abs(crank_angle) > FAR:
+        problems.append(Problem("crank_angle", crank_angle, ANGLE))
+    if not is_number(crank_speed):
+        problems.append(Problem("crank_speed", crank_speed, "a finite speed in rad/s is accepted"))
+    if branch not in BRANCHES:
+        problems.append(unknown("branch", branch, branch, BRANCHES, "branch"))
+    if problems:
+        raise InputError(problems)
+
+
 def ideal_configuration(mechanism: Mechanism, crank_angle: float, crank_speed: float) -> State:
     """Give the ideal mechanism's state at a crank angle, on the branch of the mechanism's `guess`.
 
@@ -207,7 +275,14 @@ def ideal_configuration(mechanism: Mechanism, crank_angle: float, crank_speed: f
 
 
 def placed(mechanism: Mechanism, angles: Mapping[str, float], speeds: Mapping[str, float]) -> State:
-    """Give the state at given angles and speeds of all links, with every joint open as little as can be."""
+    """Give the state at given angles and speeds of all links, placed along the joints as if these were ideal.
+
+    Where some are prismatic, every joint is open as little as can be.
+    """
+    if not any(joint.prismatic for joint in mechanism.joints):
+        along = origins(mechanism, mechanism.joints)
+        points = {name: np.array(place.motion(angles, speeds)) for name, place in along.items()}
+        return State(angles, speeds, points)
     closure = Closure(mechanism)
     x = closure.rough(angles, {})
     _, J = closure.equations(x, {})

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
 from jointplay.display.errors import Problem
 from jointplay.solver.mechanism.loops import ideal
-from jointplay.solver.mechanism.loops.closure import open_arcs
-from jointplay.solver.mechanism.loops.loop import find_four_bar
+from jointplay.solver.mechanism.loops.four_bar import find_four_bar
 from jointplay.solver.mechanism.records import Mechanism
 
 
@@ -57,27 +57,22 @@ def _stuck(mechanism: Mechanism, arcs: tuple[tuple[float, float], ...]) -> Probl
 def _open(mechanism: Mechanism) -> tuple[tuple[float, float], ...]:
     """From where to where the driven link finds the mechanism open, rad."""
     if loop := find_four_bar(mechanism.joints, mechanism.crank):
-        return open_arcs(loop, sum(joint.clearance for joint in mechanism.joints))
-    return _led_round(_Geometry(mechanism))
+        return loop.open_arcs(sum(joint.clearance for joint in mechanism.joints))
+    parts = (
+        *((link.name, link.length) for link in mechanism.links),
+        *((each.kind, each.journal, each.bearing, each.clearance) for each in mechanism.joints),
+        *sorted(mechanism.guess.items()),
+        mechanism.crank,
+    )
+    return _led_round(_Geometry(mechanism, parts))
 
 
+@dataclass(frozen=True)
 class _Geometry:
     """A mechanism, equal to another with the same links and joints: whether it closes hangs on no more."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
-        self.parts: tuple[Any, ...] = (
-            *((link.name, link.length) for link in mechanism.links),
-            *((each.kind, each.journal, each.bearing, each.clearance) for each in mechanism.joints),
-            *sorted(mechanism.guess.items()),
-            mechanism.crank,
-        )
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Geometry) and self.parts == other.parts
-
-    def __hash__(self) -> int:
-        return hash(self.parts)
+    mechanism: Mechanism = field(compare=False)
+    parts: tuple[Any, ...]
 
 
 @lru_cache(maxsize=256)

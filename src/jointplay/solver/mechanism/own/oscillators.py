@@ -56,7 +56,7 @@ def model(system: System, initial: Any = None, section: str | None = None) -> Mo
         relative=np.ones(len(names)),
         turning=np.zeros(module.SIZES["positions"]),
         fold=np.zeros(module.SIZES["positions"]),
-        period=system.period or system.scales.get("t", 1.0),
+        period=system.time_scale,
         h_max=TURN / fastest if fastest else math.inf,
         creep=SPEED_FLOOR,
         joints=tuple(module.CONTACTS),

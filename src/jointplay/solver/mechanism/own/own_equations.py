@@ -107,6 +107,16 @@ class Equations(Record):
         return positions, (*speeds, *(s for s in flat.states if s not in positions + speeds))
 
     @property
+    def time_scale(self) -> float:
+        """Period of the forcing; without one the scale of time, 1 s if none is given."""
+        return self.period or self.scales.get("t", 1.0)
+
+    @property
+    def observed(self) -> tuple[str, ...]:
+        """Names of states and outputs, as results have them."""
+        return (*(name for names in self.order for name in names), *self.outputs)
+
+    @property
     def initial(self) -> tuple[float, ...]:
         """State at time 0, in `order`."""
         states = self.flat().states
