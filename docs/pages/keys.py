@@ -17,7 +17,7 @@ from jointplay.solver.equations.quantity import ForceLaw
 from jointplay.solver.mechanism import catalog, records
 from jointplay.solver.mechanism.base import Record
 from jointplay.solver.mechanism.own.systems import SYSTEMS
-from jointplay.solver.mechanism.parts.contact import place_of
+from jointplay.solver.mechanism.parts.joints import place_of
 from jointplay.solver.mechanism.parts.courses import Course
 from jointplay.solver.mechanism.parts.drive import DRIVES
 from jointplay.solver.mechanism.parts.quantity import bounds

@@ -18,8 +18,8 @@ from jointplay.solver.equations.system import Contact as Touch
 from jointplay.solver.equations.system import System, number, traction
 from jointplay.solver.equations.write import WRITERS
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.mechanism.parts.contact import Contact
 from jointplay.solver.mechanism.parts.friction import Friction
+from jointplay.solver.mechanism.parts.joints import Contact
 
 NUMPY = SimpleNamespace(tanh=np.tanh, exp=np.exp, log=np.log, sqrt=np.sqrt, power=np.power)
 NUMPY.side = lambda x: np.copysign(1.0, x)
