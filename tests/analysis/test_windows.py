@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.windows import sample_times
+from jointplay.analysis.simulate import sample_times
 from jointplay.display.errors import InputError
 
 WORDS = ["angle", "journal_x", "normal_force", "mode", "drive_work"]

@@ -9,8 +9,9 @@ it is continuous there, else it ends at it.
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import count, islice
@@ -19,16 +20,25 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
 import numpy as np
 from pydantic import AfterValidator
 
-from jointplay.analysis.curves import curve_dataset
-from jointplay.analysis.curves.curve_dataset import DIMS, MEETINGS
 from jointplay.analysis.curves.curve_starts import Branches, key_of, labels_fit, starts_in
-from jointplay.analysis.curves.tracing import BIFURCATIONS, FOLLOWED, KINDS, Curves, starts_of
+from jointplay.analysis.curves.tracing import BIFURCATIONS, FOLLOWED, KINDS, Curve, Curves, starts_of, whole
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Moving, Settling, Small, analysis, several
 from jointplay.analysis.labels import Out, along, ended, units
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.branch import WHY
-from jointplay.analysis.orbits.branch_dataset import coordinate_outs, end_outs, grazed_outs, told
+from jointplay.analysis.orbits.branch_dataset import (
+    coordinate_outs,
+    coordinates,
+    end_outs,
+    ends,
+    filled,
+    grazed,
+    grazed_outs,
+    place,
+    told,
+)
+from jointplay.analysis.orbits.branch_points import Special
 from jointplay.analysis.orbits.continuation import STEP, Explorer
 from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_request import (
@@ -38,14 +48,14 @@ from jointplay.analysis.orbits.orbit_request import (
     section_fits,
     started,
 )
-from jointplay.analysis.orbits.orbit_search import Search, lost, search
+from jointplay.analysis.orbits.orbit_search import Search, at_phase, lost, search
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL
 from jointplay.analysis.orbits.section_map import FAILED, SectionMap, section_map
-from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE
+from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.rules import turns_alike
 from jointplay.analysis.starts import placed
-from jointplay.analysis.vary import axes
+from jointplay.analysis.vary import Axis, axes
 from jointplay.display import codes
 from jointplay.display.errors import Problem, refuse
 from jointplay.display.units import measure
@@ -61,6 +71,29 @@ MAX_POINTS, MAX_CURVES = 200, 8
 LISTED = 3  # curves, or their meetings, named in a line
 BRANCH = 200  # points at least of the branch on which curves start
 _PLANE = "a table of two parameters, each with its lowest and highest value,"
+DIMS = ("curve", "point")
+MEETINGS = (
+    "cusp",
+    "fold_doubling",
+    "fold_symmetry_breaking",
+    "fold_torus",
+    "doubling_torus",
+    "resonance_1_1",
+    "resonance_1_2",
+    "resonance_1_3",
+    "resonance_1_4",
+    "fold_grazing",
+    "doubling_grazing",
+    "grazing",
+    "torus_grazing",
+    "symmetry_breaking_grazing",
+)
+GRAZED = {  # by the curve on which an event appears or vanishes
+    "fold": "fold_grazing",
+    "period_doubling": "doubling_grazing",
+    "neimark_sacker": "torus_grazing",
+    "symmetry_breaking": "symmetry_breaking_grazing",
+}
 
 
 def _two(plane: dict[str, Any]) -> dict[str, Any]:
@@ -87,9 +120,9 @@ def _plane_fits(
         yield Problem("max_branches", max_branches, "accepted only without branches, which are all there are")
     if branches is not None and start is not None:
         yield Problem("start", start, "accepted only without branches, which have starts of their own")
-    for number, (name, ends) in enumerate(plane.items()):
-        known = ends[0] if branches is not None and name == key_of(branches) else None
-        for problem in branch_fits(mechanism, name, ends, known if number or known is not None else start):
+    for number, (name, values) in enumerate(plane.items()):
+        known = values[0] if branches is not None and name == key_of(branches) else None
+        for problem in branch_fits(mechanism, name, values, known if number or known is not None else start):
             key = "start" if problem.key == "start" and not number else f"plane.{name}"
             yield Problem(key, problem.given, problem.expected)
 
@@ -112,8 +145,8 @@ def _line(result: xr.Dataset, number: int) -> str:
         values, units = one[name].values[: int(one["n_points"])], str(result[name].attrs.get("units", "1"))
         long = str(result[name].attrs.get("long_name", name))
         spans.append(f"{long} {measure(float(values.min()), units)} to {measure(float(values.max()), units)}")
-    ends = [WHY.get(end, end) for end in codes.words(one["curve_end"]).values]
-    told = f"both ends: {ends[0]}" if ends[0] == ends[1] else f"first end: {ends[0]}; last end: {ends[1]}"
+    first, last = (WHY.get(end, end) for end in codes.words(one["curve_end"]).values)
+    told = f"both ends: {first}" if first == last else f"first end: {first}; last end: {last}"
     return f"{kind}, {int(one['n_points'])} points: {', '.join(spans)}; {told}"
 
 
@@ -250,7 +283,7 @@ def curve(
     def fractions(name: str, value: float) -> np.ndarray:
         return family.fraction(np.array(list((own | {name: value}).values())))
 
-    ends: list[str] = []
+    reached: list[str] = []
     if branches is None:
         value = own[first] if start is None else start
         requested = placed_at(first, value, motion["initial"], period)
@@ -258,7 +291,7 @@ def curve(
         line = Family(lambda v: maps(np.array([v, own[second]])), *plane[first], tolerance)
         found = Explorer(line, step, most, max_branches, visit).explore(orbit, line.fraction(value))
         starts = starts_of(found, of, lambda q: fractions(first, line.parameter(q)))
-        ends = [end for branch in found for end in branch.ends]
+        reached = [end for branch in found for end in branch.ends]
     else:
         key = key_of(branches)
         labelled = starts_in(branches, labels, of, partial(placed_at, key), tolerance)
@@ -268,10 +301,70 @@ def curve(
     kinds = [-1, *map(EVENTS.index, grazing_events)] if "grazing" in of else []  # -1: one that is not told
     starts = [each for each in starts if each.kind != "grazing" or each.event[1] in kinds]
     curves = list(islice(Curves(family, step, max_points, visit, kinds).traced(starts), max_curves))
-    values, groups = curve_dataset.values_of(curves, family, both, orbit, requested.phase)
-    stopped = "interrupted" in (*ends, *(end for each in curves for end in each.branch.ends))
+    values, groups = values_of(curves, family, both, orbit, requested.phase)
+    stopped = "interrupted" in (*reached, *(end for each in curves for end in each.branch.ends))
     values |= ended(INTERRUPTED if stopped else orbit.status, began)
     of = units(isinstance(mechanism, Mechanism))
     names = " ".join(axis.name for axis in both)
     found = OUTPUTS.dataset(values, of, orbit.map.model, groups=groups, parameters=names)
     return told(found, orbit.map.model)
+
+
+def values_of(
+    curves: Sequence[Curve], family: Family, axes: Sequence[Axis], orbit: Orbit, phase: float
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Values of curves, and the variables whose names are those of parameters.
+
+    `orbit` is the one that was found first, `phase` the section's.
+    """
+    blank = orbit_dataset.missing_numbers(len(orbit.map.free)) | {
+        "orbit_state": np.full_like(orbit.state, np.nan)
+    }
+    blank |= {name: math.nan for axis in axes for name in (axis.name, f"{axis.name}_tangent")}
+    table = [[_row(point, family, axes, phase) for point in curve.branch.points] for curve in curves]
+    stacked, along = filled(table, blank), {}
+    values = {name: stacked[name] for name in orbit_dataset.OUTS}
+    for axis in axes:
+        slope, text = f"{axis.name}_tangent", f"derivative of the {axis.long_name} along the curve"
+        along[axis.name] = (DIMS, stacked[axis.name], axis.attributes)
+        along[slope] = Out(DIMS, text, axis.units).variable(stacked[slope])
+    values |= orbit_dataset.coordinates(orbit.map) | coordinates(table, "curve")
+    values |= ends([curve.branch for curve in curves], "curve")
+    values |= grazed("curve", [curve.event for curve in curves])
+    values["curve_kind"] = np.array([FOLLOWED.index(curve.kind) for curve in curves], dtype=int)
+    met, there = _meeting_columns(curves, family, axes)
+    return values | met, {"PARAMETER": along, "meeting_PARAMETER": there}
+
+
+def _row(point: Point, family: Family, axes: Sequence[Axis], phase: float) -> dict[str, Any]:
+    """Numbers of a point's orbit, parameters and their derivatives along the curve."""
+    orbit = whole(point.orbit)
+    values, slopes = family.parameter(point.q), point.tangent[-2:] * (family.high - family.low)
+    row = orbit_dataset.orbit_numbers(orbit) | {"orbit_state": at_phase(orbit, phase)[0]}
+    for axis, value, slope in zip(axes, values, slopes, strict=True):
+        row |= {axis.name: float(value), f"{axis.name}_tangent": float(slope)}
+    return row
+
+
+def _meeting_columns(curves: Sequence[Curve], family: Family, axes: Sequence[Axis]) -> tuple[dict, dict]:
+    """Values of meetings, and the variables of the parameters there."""
+    found = [(n, special) for n, each in enumerate(curves) for special in each.branch.specials]
+    points = [place(curves[n].branch, special) for n, special in found]
+    places = np.array([family.parameter(special.q) for _, special in found]).reshape(-1, 2)
+    widths, there = np.array([special.width for _, special in found], dtype=float), {}
+    for axis, values, span in zip(axes, places.T, family.high - family.low, strict=True):
+        name, close = f"meeting_{axis.name}", Out("meeting", "how closely that is enclosed", axis.units)
+        there[name] = Out("meeting", f"{axis.long_name} there", axis.units).variable(values)
+        there[f"{name}_accuracy"] = close.variable(widths * span)
+    kinds = [MEETINGS.index(_kind(curves[n], special)) for n, special in found]
+    return {
+        "meeting_curve": np.array([n for n, _ in found], dtype=np.int16),
+        "meeting_point": np.array(points, dtype=int),
+        **grazed("meeting", [special.event for _, special in found]),
+        "meeting_kind": np.array(kinds, dtype=int),
+    }, there
+
+
+def _kind(curve: Curve, special: Special) -> str:
+    """Name of a special point of a curve."""
+    return GRAZED.get(curve.kind, special.kind) if special.kind == "grazing" else special.kind
