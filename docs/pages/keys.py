@@ -17,9 +17,9 @@ from jointplay.solver.equations.quantity import ForceLaw
 from jointplay.solver.mechanism import catalog, records
 from jointplay.solver.mechanism.base import Record
 from jointplay.solver.mechanism.own.systems import SYSTEMS
-from jointplay.solver.mechanism.parts.joints import place_of
 from jointplay.solver.mechanism.parts.courses import Course
 from jointplay.solver.mechanism.parts.drive import DRIVES
+from jointplay.solver.mechanism.parts.joints import place_of
 from jointplay.solver.mechanism.parts.quantity import bounds
 from jointplay.solver.mechanism.signature import types_of
 from pages.text import markdown, parameters, story, summary, table
