@@ -72,6 +72,7 @@ def copy(tmp_path):
     return Copy(tmp_path)
 
 
+@pytest.mark.long
 def test_a_law_is_one_file_and_its_trial_reference_and_rows_of_tables_follow(copy):
     added = "".join(line for line in LAW.splitlines(keepends=True) if not line.startswith("from "))
     copy.edit(LAWS, lambda text: f"{text}\n{added}")
@@ -118,6 +119,7 @@ def test_a_quantity_is_two_lines_and_whether_it_follows_accelerations_is_found(c
     copy.run("-c", POWER, NUMBA_DISABLE_JIT="1")
 
 
+@pytest.mark.long
 def test_a_kind_is_four_files(copy):
     row = "".join(f"\n    {line}" for line in ROW.splitlines())
     copy.edit("src/jointplay/analysis/signals/returns.py", lambda _: ANALYSIS)

@@ -126,6 +126,7 @@ def run(tmp_path):
     return ran
 
 
+@pytest.mark.long
 def test_laws_mechanisms_kinds_and_figures_that_a_package_publishes_are_used_as_ours_are(run, tmp_path):
     (tmp_path / "stranger_study.toml").write_text(STUDY)
     done = run(POINTS, "-m", "jointplay", "run", "stranger_study.toml", "--out", "out")

@@ -52,7 +52,7 @@ def cells(dataset: Dataset, study: dict[str, Any], room: int) -> dict[str, Any] 
     names = parameters(dataset)
     if not names:
         return None
-    beside = [dim for dim in sweep_axes.BESIDE if dim in dataset["cell_status"].dims]
+    beside = [dim for dim in sweep_axes.SWEEPS if dim in dataset["cell_status"].dims]
     ways = list(product(*(map(str, dataset[dim].values) for dim in beside)))
     charts, thinned = curves(dataset, [*names, *beside], room // 8)
     room -= 4 * sum(map(values_of, charts))
