@@ -121,11 +121,11 @@ def watched(mode: str, play) -> tuple[str, ...]:
     return tuple(kind for kind in WATCHED[mode] if kind not in ("release", "reload") or not play.tension)
 
 
-def mode_of(touch, inside: bool) -> str:
-    """Mode of a touch that begins inside the surface, or outside."""
+def mode_of(touch, inside: bool, pushes: bool = False) -> str:
+    """Mode of a touch that begins inside the surface, or outside; `pushes`: whether its law is known to."""
     if not inside:
         return "free"
-    if not (touch.play.tension or touch.law() > 0):
+    if not (pushes or touch.play.tension or touch.law() > 0):
         return "released"
     if touch.play.dry:
         return "slip+" if touch.v_t > 0 else "slip-"
@@ -195,8 +195,8 @@ def _changed(system: System, now: State, i: int, kind: str) -> list[Event]:
         if kind == "contact":
             now.memory[i] = max(touch.v_n, touch.play.slowest or 0.0)
             touch = system.touches(Now(system, now.t, now.y, now.memory))[i][1]
-        # a law that pulls at once is not felt where it may not
-        now.modes[i] = mode_of(touch, True)
+        # a law that pulls at once is not felt where it may not; one that reloads is 0 but for rounding
+        now.modes[i] = mode_of(touch, True, pushes=kind == "reload")
     elif kind.startswith("slides"):
         now.modes[i] = ("rest" if mode.startswith("rest") else "slip") + kind[-1]
         kind = "slip_onset"
