@@ -119,7 +119,7 @@ def test_a_quantity_is_two_lines_and_whether_it_follows_accelerations_is_found(c
     copy.run("-c", POWER, NUMBA_DISABLE_JIT="1")
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_kind_is_four_files(copy):
     row = "".join(f"\n    {line}" for line in ROW.splitlines())
     copy.edit("src/jointplay/analysis/signals/returns.py", lambda _: ANALYSIS)

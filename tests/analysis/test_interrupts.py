@@ -95,9 +95,10 @@ DEAR |= {"curve", "tipping"}  # and these go on for some 20 s
 SOON = 30.0  # s: a generous limit for a machine that does much else
 
 
-def walk(value, name):
+def walk(value, name, longest=()):
     """A parameter under its name."""
-    return pytest.param(value, id=name, marks=[pytest.mark.long] if name in DEAR else [])
+    marks = [pytest.mark.nightly] if name in longest else [pytest.mark.long] if name in DEAR else []
+    return pytest.param(value, id=name, marks=marks)
 
 
 class Enough(Exception):
@@ -131,7 +132,10 @@ def test_what_progress_raises_is_raised(name):
         CALLS[name](LONG, progress=progress)
 
 
-@pytest.mark.parametrize("name", [walk(name, name) for name in CALLS if name not in ("claims", "readings")])
+ENDED = [name for name in CALLS if name not in ("claims", "readings")]
+
+
+@pytest.mark.parametrize("name", [walk(name, name, longest=("assess",)) for name in ENDED])
 def test_progress_never_falls_and_ends_at_one(name):
     told = []
     CALLS[name](30, progress=told.append)

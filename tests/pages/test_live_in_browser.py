@@ -322,7 +322,7 @@ def test_firefox_shows_the_same(firefox, page):
     assert "heard" in str(firefox.get_log("browser"))  # or silence would prove nothing
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_memory_stays_flat_and_frames_go_on(chromium, page):
     opened(chromium, page)
     until(chromium, f"{SETTLED}4000")

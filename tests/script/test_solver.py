@@ -120,8 +120,8 @@ BENT = {"clearance.B": 1e-4, "length.crank": 0.028, "length.coupler": 0.19, "mas
     [
         ("C", CHANGED),
         pytest.param("slider-crank", SLID, marks=pytest.mark.long),
-        pytest.param("guide", SLOPED, marks=pytest.mark.long),
-        pytest.param("elastic", BENT, marks=pytest.mark.long),
+        pytest.param("guide", SLOPED, marks=pytest.mark.nightly),
+        pytest.param("elastic", BENT, marks=pytest.mark.nightly),
     ],
 )
 def test_numbers_follow_the_sliders_as_they_follow_a_study(name, values, tmp_path):

@@ -92,7 +92,7 @@ def under_a_ceiling(acceleration):
     return system, [math.sin(phase) + v * flown - flown**2 / (2 * acceleration), v - flown / acceleration]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_doubling_and_a_fold_meet_a_grazing_in_closed_form():
     """A flight rises to sin(phase) + pi^2 / (2 acceleration): the ceiling there changes no multiplier."""
     system, state = under_a_ceiling(1.3)
@@ -208,7 +208,7 @@ def test_the_linkage_begins_to_stick_along_a_curve():
         assert abs(counts[1] - counts[0]) == 1
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_doubling_meets_a_grazing_where_the_grazing_meets_a_doubling():
     """The linkage near gear ratio 3: one place, enclosed along the doubling and along the grazing."""
     found = jp.curve(
