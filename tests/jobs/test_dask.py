@@ -66,7 +66,10 @@ def nursery():
     "text",
     [
         *(CELLS, CHAINS, pytest.param(MAP, marks=pytest.mark.nightly)),
-        *(pytest.param(KINDS[k], marks=pytest.mark.nightly if k in (*SLOW, "tipping") else ()) for k in KINDS),
+        *(
+            pytest.param(KINDS[k], marks=pytest.mark.nightly if k in (*SLOW, "tipping") else ())
+            for k in KINDS
+        ),
     ],
     ids=["cells", "chains", "refined", *KINDS],
 )
