@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Self
 
-from pydantic import ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import ConfigDict, Field, field_validator, model_validator
 
-from jointplay.display.accepted import from_pydantic
-from jointplay.display.errors import InputError, unknown
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.mechanism.base import NonNegative, Record, measured
-from jointplay.solver.mechanism.parts.quantity import checked_numbers
+from jointplay.solver.mechanism.parts.quantity import checked_numbers, known_law, made_of
 
 
 def _with_numbers(schema: dict[str, Any]) -> None:
@@ -51,9 +49,7 @@ class Friction(Record):
     @field_validator("law")
     @classmethod
     def _known(cls, law: str) -> str:
-        if law not in FRICTIONS:
-            raise InputError([unknown("", law, law, FRICTIONS, "friction law")])
-        return law
+        return known_law(law, FRICTIONS, "friction law")
 
     @model_validator(mode="wrap")
     @classmethod
@@ -64,13 +60,7 @@ class Friction(Record):
         given = {name: value for name, value in data.items() if name not in fields}
         beside = dict.fromkeys(cls.model_fields) | fields
         own, problems = checked_numbers(data.get("law", "coulomb"), FRICTIONS, given, beside)
-        try:
-            record = handler(fields | own)
-        except ValidationError as error:
-            problems = [*from_pydantic(error, cls).problems, *problems]
-        if problems:
-            raise InputError(problems)
-        return record
+        return made_of(cls, handler, fields | own, problems)
 
     @property
     def numbers(self) -> dict[str, float]:

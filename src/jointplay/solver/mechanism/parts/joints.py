@@ -6,10 +6,9 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from jointplay.display.accepted import from_pydantic
-from jointplay.display.errors import NOTHING, InputError, refuse, unknown
+from jointplay.display.errors import NOTHING, refuse
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.equations.structure import CORNERS
 from jointplay.solver.mechanism.base import (
@@ -27,7 +26,7 @@ from jointplay.solver.mechanism.base import (
     named,
 )
 from jointplay.solver.mechanism.parts.friction import FRICTIONLESS, Friction
-from jointplay.solver.mechanism.parts.quantity import checked_numbers
+from jointplay.solver.mechanism.parts.quantity import checked_numbers, known_law, made_of
 
 _POINT = {"units": "m", "accepts": "a point [x, y] on the ground, two finite numbers in m,"}
 _Point = Annotated[tuple[Number, Number] | None, Field(validate_default=True, json_schema_extra=_POINT)]
@@ -255,9 +254,7 @@ class Contact(Record):
     @field_validator("law")
     @classmethod
     def _known(cls, law: str) -> str:
-        if law not in LAWS:
-            raise InputError([unknown("", law, law, LAWS, "law")])
-        return law
+        return known_law(law, LAWS, "law")
 
     @model_validator(mode="wrap")
     @classmethod
@@ -269,13 +266,7 @@ class Contact(Record):
         values, problems = checked_numbers(law, LAWS, given, place=place_of, units=_per_power(law, further))
         own = {key: values.get(key) for key in _BESIDE}
         own["parameters"] = {name: values[place_of(name)] for name in further if place_of(name) in values}
-        try:
-            record = handler({**data, **own})
-        except ValidationError as error:
-            problems = [*from_pydantic(error, cls).problems, *problems]
-        if problems:
-            raise InputError(problems)
-        return record
+        return made_of(cls, handler, {**data, **own}, problems)
 
     @property
     def numbers(self) -> dict[str, float]:

@@ -3,12 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
+from pydantic import ValidationError
+
+from jointplay.display.accepted import from_pydantic
 from jointplay.display.errors import NOTHING, InputError, Problem, unknown
 from jointplay.solver.equations.quantity import ForceLaw, Quantity
-from jointplay.solver.mechanism.base import is_number
+from jointplay.solver.mechanism.base import Record, is_number
 from jointplay.solver.mechanism.measures import in_si
+
+R = TypeVar("R", bound=Record)
+
+
+def known_law(law: str, laws: Mapping[str, ForceLaw], kind: str) -> str:
+    """A law's name; refused where there is no such law of its kind."""
+    if law not in laws:
+        raise InputError([unknown("", law, law, laws, kind)])
+    return law
+
+
+def made_of(record: type[R], handler: Callable[[Any], R], data: Any, problems: list[Problem]) -> R:
+    """The record that pydantic makes of data; refused with its own problems first, and those of its law."""
+    try:
+        made = handler(data)
+    except ValidationError as error:
+        problems = [*from_pydantic(error, record).problems, *problems]
+    if problems:
+        raise InputError(problems)
+    return made
 
 
 def checked_numbers(
