@@ -13,7 +13,9 @@ import importlib.metadata, sys
 sys.modules |= {"jointplay_lab": None, "jointplay_page": None}  # as if they were not there
 from jointplay.cli import main
 """
-ALONE = LOST.replace("from", "importlib.metadata.entry_points = lambda **_: ()\nfrom")
+ALONE = LOST.replace(
+    "from", "importlib.metadata.entry_points = lambda **_: importlib.metadata.EntryPoints()\nfrom"
+)
 
 
 def ran(code, *given, folder):

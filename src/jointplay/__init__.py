@@ -54,12 +54,11 @@ _HOME = {
 @cache
 def _homes() -> dict[str, str]:
     """Homes of the public names: those that packages publish, analyses by their kinds, and those above."""
-    from importlib.metadata import entry_points
-
     from jointplay.kinds import KINDS
+    from jointplay.solver.extensions import published
 
-    published = {point.name: point.value for point in entry_points(group="jointplay.names")}
-    return published | {row.home.partition(":")[2]: row.home for row in KINDS.values()} | _HOME
+    of_others = {point.name: point.value for point in published("jointplay.names")}
+    return of_others | {row.home.partition(":")[2]: row.home for row in KINDS.values()} | _HOME
 
 
 def __getattr__(name: str):

@@ -9,11 +9,18 @@ adds its rows itself when it is imported.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, MutableMapping
-from importlib.metadata import EntryPoint, entry_points
+from functools import cache
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from types import ModuleType
 from typing import Any, TypeVar
 
 T = TypeVar("T")
+_found = cache(entry_points)
+
+
+def published(group: str) -> EntryPoints:
+    """Entry points of a group; those of all packages are read once, since that reads a file of each."""
+    return _found().select(group=group)
 
 
 class Table(MutableMapping[str, T]):
@@ -46,7 +53,7 @@ class Table(MutableMapping[str, T]):
         if self._asked:
             return
         self._asked = True  # first of all: what is loaded may look into the table itself
-        for point in entry_points(group=self.group):
+        for point in published(self.group):
             before = dict(self.own)
             try:
                 self.own = before | self._checked(point) | self.own  # a module adds its own
