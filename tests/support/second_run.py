@@ -203,8 +203,8 @@ def section(scene: Scene) -> dict[str, float]:
 def derivative(scene: Scene) -> dict[str, float]:
     """The same of derivatives of the end by gravity and by a mass, against the bodies' differences.
 
-    Differences of fourth order with one step after the other, until one is met; where none is, what counts
-    is by how much more they miss it than the nearest two miss each other.
+    Differences of fourth order with one step after the other, until one is met. Where none is, a derivative
+    as near to one as the nearest two are to each other is met as far as they know.
     """
     heavy = scene.mechanism.links[-1]
     values = {"gravity": scene.mechanism.gravity, f"links.{heavy.name}.mass": heavy.mass}
@@ -220,7 +220,7 @@ def derivative(scene: Scene) -> dict[str, float]:
             there = range(2, 3 * len(system.bodies), 3)
             return states[0].y[[*there, *(system.n + i for i in there)]]
 
-        differences = []
+        differences, missed = [], {}
         for share in STEPS:
             differences.append(quotient(end, value, share * value))
             for k, word in enumerate(("theta", "w")):
@@ -228,16 +228,17 @@ def derivative(scene: Scene) -> dict[str, float]:
                 ours = [row[names.index(name)] for _, name in there]
                 at = [k * len(links) + i for i, _ in there]
                 if there:
-                    apart[f"{word} by {key}"] = _missed(ours, [each[at] for each in differences])
-            if all(apart[word] < EXACT for word in apart):
+                    missed[f"{word} by {key}"] = _missed(ours, [each[at] for each in differences])
+            if all(each < EXACT for each in missed.values()):
                 break
+        apart |= missed
     assert all(each == met[0] for each in met), "differences meet other events"
     apart["met"] = float(sum(map(len, met[0])))
     return apart
 
 
 def _missed(ours, differences) -> float:
-    """By how much the nearest of some differences misses a derivative, less what these do not know."""
+    """By how much the nearest of some differences misses a derivative; 0 where they do not know it better."""
     missed = min(off(ours, each) for each in differences)
     unsure = min((off(*pair) for pair in itertools.combinations(differences, 2)), default=0.0)
     return 0.0 if missed < unsure < UNSURE else missed
