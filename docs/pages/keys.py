@@ -17,6 +17,7 @@ from jointplay.solver.equations.quantity import ForceLaw
 from jointplay.solver.mechanism import catalog, records
 from jointplay.solver.mechanism.base import Record
 from jointplay.solver.mechanism.own.systems import SYSTEMS
+from jointplay.solver.mechanism.parts import bodies, materials
 from jointplay.solver.mechanism.parts.courses import Course
 from jointplay.solver.mechanism.parts.drive import DRIVES
 from jointplay.solver.mechanism.parts.joints import place_of
@@ -34,6 +35,11 @@ PLACES: tuple[tuple[str, str, tuple[type[Record], ...]], ...] = (
         (records.System, records.Touch, records.Rubbing, records.Switch, records.Impact, records.Jump),
     ),
     ("Links", "[[mechanism.links]]", (records.Link, records.PointMass, records.Beam)),
+    (
+        "Shapes of links",
+        "shape, of a link",
+        (bodies.Shape, bodies.Bar, bodies.Rod, bodies.Tube, bodies.Plate, materials.Material),
+    ),
     ("Joints", "[[mechanism.joints]]", (records.Joint, records.Pin)),
     ("Contact", "contact, of a joint", (records.Contact,)),
     ("Friction", "friction, of a joint", (records.Friction,)),

@@ -123,7 +123,7 @@ def test_text_forms_are_short_and_name_the_parts():
         (("gravity",), "9.8", "gravity", "a finite gravity in m/s²"),
         (("branch",), "uper", "branch", "one of 'upper', 'lower'"),
         (("links",), [], "links", "at least one"),
-        (("links", 1), 3, "links[1]", "a table of name, length, mass, centre, inertia"),
+        (("links", 1), 3, "links[1]", "a table of name, length, shape, mass, centre, inertia_centre"),
         (("drive", "kind"), ["motor"], "drive.kind", "accepted: motor, speed"),
         (("links",), "crank", "links", "a list of at least one link"),
         (("joints",), [], "joints", "at least one"),

@@ -14,8 +14,10 @@ from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.base import Record
 from jointplay.solver.mechanism.changes import Changes
 from jointplay.solver.mechanism.parts.beam import Beam, Link, PointMass
+from jointplay.solver.mechanism.parts.bodies import Bar, Plate, Rod, Tube
 from jointplay.solver.mechanism.parts.courses import FORCES, Course, Harmonic
 from jointplay.solver.mechanism.parts.friction import Friction
+from jointplay.solver.mechanism.parts.materials import Material
 from jointplay.solver.mechanism.records import (
     ConstantSpeed,
     Contact,
@@ -43,6 +45,11 @@ SAMPLES = [  # one of each record, with a number in each field that holds a quan
     Beam(area=1e-4, second_moment=1e-9, damping_ratio=0.02),
     Link(name="crank", length=0.03, mass=0.4, inertia_centre=1e-4),
     Link(name="crank", length=0.03, mass=0.4, inertia=2e-4, centre=0.01),
+    Bar(width=0.02, thickness=0.006, overhang=0.01),
+    Rod(diameter=0.02, overhang=0.01),
+    Tube(diameter=0.02, wall=0.002, overhang=0.01),
+    Plate(width=0.02, thickness=0.006),
+    Material(modulus=7e10, poisson_ratio=0.33, density=2700.0),
     PointMass(at=0.01, mass=0.2),
     _PIN,
     Pin(link="ground", point=(0.5, 0.25), direction=0.5),

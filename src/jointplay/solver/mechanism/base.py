@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cache
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
@@ -65,6 +65,10 @@ class Record(BaseModel):
     def _further_units(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
         """Units of fields, as of `in_si`, that depend on the given data, or that are of tables."""
         return {}
+
+    def _stated(self, changed: Collection[str] = ()) -> dict[str, Any]:
+        """Fields to build a copy of in which those named are other; what follows from others is left out."""
+        return dict(self)
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise refuse(value, "a record does not change: replace(), or a new one, gives a changed copy", name)

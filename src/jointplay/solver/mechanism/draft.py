@@ -81,6 +81,7 @@ class Draft:
             return problems  # what is connected to what is not known well enough to say more
         found = [*self._loose_links(joints), *self._locked(joints), *self._open_loop(joints)]
         found += [*_rubbed(joints), *self._too_wide(joints), *self._unfit_guides(joints)]
+        found += self._thinner_than_pins(joints)
         return found or list(self._unwound(joints))
 
     def _unwound(self, joints: Sequence[Joint]) -> Iterator[Problem]:
@@ -99,6 +100,21 @@ class Draft:
         for i, joint in enumerate(joints):
             if text := too_wide(joint.clearance, links):
                 yield Problem(f"joints[{i}].clearance", joint.clearance, text)
+
+    def _thinner_than_pins(self, joints: Sequence[Joint]) -> Iterator[Problem]:
+        """Links whose shape has no room for the pin, or its hole, of a joint."""
+        thickest = {}
+        for joint in joints:
+            for name in joint.links if joint.radius else ():
+                thickest[name] = max(thickest.get(name, (0.0, "")), (2 * joint.radius, joint.name))
+        for i, (name, link) in enumerate(self.links):
+            if not (link and link.shape and name in thickest):
+                continue
+            (key, across), (pin, joint) = link.shape.across, thickest[name]
+            if across <= pin:
+                size = f"a {key.partition('.')[2]} greater than {pin:g} m is accepted"
+                text = f"{size}: the pin of joint {joint} is that thick"
+                yield Problem(f"links[{i}].shape.{key}", across, text)
 
     def _unfit_guides(self, joints: Sequence[Joint]) -> Iterator[Problem]:
         """Links that bend at a guide, and guides whose contacts are called as another joint."""

@@ -31,6 +31,7 @@ AIR, SLENDER = 1.2, 20  # kg/m³; lengths over thickness of the thinnest rod tha
 LEAD, BULK = 11340.0, 3  # kg/m³; lengths of a link in the edge of the largest block that it may be
 ASIDE, APART = 2.5, 100.0  # lengths from a link's middle to its mass centre: seldom more; never
 ROUNDABOUT = 5.0  # lengths: a radius of gyration is seldom more, and never APART
+UNLIKE, OFF = 0.3, 0.1  # of what a shape gives; of the length: a weighed link is seldom as far from its shape
 STARRY = 1e6  # times as heavy as doubted: no matter is
 _MOMENTS = {"kg cm²": 1e-4, "kg mm²": 1e-6, "g cm²": 1e-7, "g mm²": 1e-9}  # in kg m²
 _LENGTHS = {"cm": 0.01, "mm": 1e-3}
@@ -95,6 +96,7 @@ def doubts(
         return
     yield from (_under(problem) for certain, problem in _links(mechanism) if not certain)
     yield from map(_under, (*_lengths(mechanism), *_turned(mechanism), *_wide(mechanism)))
+    yield from map(_under, _unlike_its_shape(mechanism))
     yield from map(_under, _fast(mechanism.drive))
     if isinstance(initial, Mapping):
         yield from _start(mechanism, initial, apart or {})
@@ -190,6 +192,23 @@ def _inertia(key: str, link: Any, size: float) -> Iterator[tuple[bool, Problem]]
         most = link.mass * size**2
         meant = _meant(given, _MOMENTS, 1e-3 * most, 2 * most)
         yield gyration > APART * size, Problem(f"{key}.{about}", given, text + meant)
+
+
+def _unlike_its_shape(mechanism: Any) -> Iterator[Problem]:
+    """Masses, centres and moments of inertia given by hand that are far from those of the link's shape."""
+    for i, link in enumerate(mechanism.links):
+        if link.shape is None:
+            continue
+        told = link.shape.numbers(link.length)
+        own = told["inertia_centre"] * link.mass / told["mass"]
+        told |= {"inertia_centre": own, "inertia": own + link.mass * link.centre**2}
+        for key, value in told.items():
+            given = getattr(link, key)
+            if given is not None and abs(given - value) > (
+                OFF * link.length if key == "centre" else UNLIKE * value
+            ):
+                text = f"the shape of {link.name} gives {value:.4g}; the number given beside it is used"
+                yield Problem(f"links[{i}].{key}", given, text)
 
 
 def _meant(given: float, units: Mapping[str, float], least: float, most: float) -> str:

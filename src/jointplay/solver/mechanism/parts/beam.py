@@ -9,7 +9,7 @@ a beam of unit length, mass and stiffness (`jointplay.solver.mechanism.parts.sha
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any, Literal, Self
 
@@ -31,6 +31,7 @@ from jointplay.solver.mechanism.base import (
     measured,
     named,
 )
+from jointplay.solver.mechanism.parts.bodies import EXAMPLE, Shape
 from jointplay.solver.mechanism.parts.shapes import Modes, hermites, sines
 
 _MARGIN = 1e-9  # of a pivot of the mass matrix: below this share of its whole it is rounding
@@ -40,6 +41,7 @@ _SINES = 4  # as many modes as the paper's two elements have
 _SOME_ELEMENTS = f"a whole number of elements from 1 to {MOST_ELEMENTS}, each longer than 0,"
 _SOME_DAMPING = "a damping ratio from 0 to 1 (critical: beyond it no mode swings)"
 _SOME_MODES = f"a whole number of modes from 1 to {2 * MOST_ELEMENTS}"
+_OR_A_SHAPE = f"or a shape, of which it follows: {EXAMPLE}"
 _BETWEEN_ENDS = "a fraction of the length greater than 0 and less than 1 (the pinned ends do not deflect)"
 _Modes = Annotated[int, Field(strict=True, ge=1, le=2 * MOST_ELEMENTS)]
 Elements = Annotated[int, Field(strict=True, ge=1, le=MOST_ELEMENTS)]
@@ -128,6 +130,10 @@ class Beam(Record):
             raise refuse(modes, f"at most {2 * elements} modes, two an element, are accepted")
         return modes
 
+    def _stated(self, changed: Collection[str] = ()) -> dict[str, Any]:
+        """Fields that were given: a link's shape tells the others."""
+        return {key: value for key, value in self if key in self.model_fields_set}
+
     @property
     def size(self) -> int:
         """Number of modes kept."""
@@ -143,12 +149,15 @@ class Link(Record):
         Name, other than ``ground``, which is the frame.
     length : float
         Length from the origin to the far end, m.
+    shape : Shape, optional
+        What it looks like, of what, without its holes: mass, inertia, and modulus, density, area and second
+        moment of its beam then follow where they are not given beside it.
     mass : float
-        Mass, kg.
+        Mass, kg; needed without a shape.
     centre : float, optional
         Distance of the mass centre from the origin along the link, m; half the length if left out.
     inertia_centre : float, optional
-        Moment of inertia about the mass centre, kg m²; this or ``inertia`` is needed.
+        Moment of inertia about the mass centre, kg m²; this or ``inertia`` is needed without a shape.
     inertia : float, optional
         Moment of inertia about the origin, kg m², greater than mass × centre²; this or ``inertia_centre``.
     masses : tuple of PointMass
@@ -161,7 +170,8 @@ class Link(Record):
 
     name: PartName = named("link name")
     length: Length = measured("length", "m")
-    mass: Positive = measured("mass", "kg")
+    shape: Shape | None = None
+    mass: Positive = measured("mass", "kg", None, validate_default=True)
     centre: Place = measured("distance of the mass centre", "m", None, validate_default=True)
     inertia_centre: Positive | None = measured("moment of inertia about the mass centre", "kg m²", None)
     inertia: Positive | None = measured(
@@ -169,7 +179,7 @@ class Link(Record):
     )
     masses: Few[PointMass] = ()
     elastic: Flag = False
-    beam: Beam = Beam()
+    beam: Annotated[Beam, Field(validate_default=True)] = Beam()
 
     @field_validator("name")
     @classmethod
@@ -178,18 +188,40 @@ class Link(Record):
             raise refuse(name, "a name other than 'ground' is accepted: that one is the fixed frame")
         return name
 
+    @field_validator("mass", mode="before")
+    @classmethod
+    def _of_the_shape(cls, mass: Any, info: ValidationInfo) -> Any:
+        if mass is not None or not {"length", "shape"} <= info.data.keys():
+            return 1.0 if mass is None else mass  # what is wrong with length or shape is a problem of its own
+        if info.data["shape"] is None:
+            raise refuse(NOTHING, f"a mass greater than 0 kg is accepted, {_OR_A_SHAPE}")
+        return info.data["shape"].numbers(info.data["length"])["mass"]
+
     @field_validator("centre", mode="before")
     @classmethod
     def _halfway(cls, centre: Any, info: ValidationInfo) -> Any:
         return info.data.get("length", 0.0) / 2 if centre is None else centre
 
+    @field_validator("beam")
+    @classmethod
+    def _of_its_section(cls, beam: Beam, info: ValidationInfo) -> Beam:
+        if not info.data.get("shape") or "length" not in info.data:
+            return beam
+        told = info.data["shape"].beam(info.data["length"])
+        return beam.model_copy(update={key: x for key, x in told.items() if beam._stated().get(key) is None})
+
     @field_validator("inertia")
     @classmethod
     def _positive_definite(cls, inertia: float | None, info: ValidationInfo) -> float | None:
+        if inertia is None and "shape" not in info.data:
+            return inertia
+        if inertia is None and info.data["shape"] and info.data.get("inertia_centre", 0.0) is None:
+            return _about_origin(info.data)
         if (inertia is None) == (info.data.get("inertia_centre", 0.0) is None):
             one = "a moment of inertia greater than 0 kg m² is accepted, one of the two"
             both = "inertia (about the link's origin) and inertia_centre (about its mass centre)"
-            raise refuse(NOTHING if inertia is None else inertia, f"{one}, {both}")
+            shape = f", {_OR_A_SHAPE}" if inertia is None else ""
+            raise refuse(NOTHING if inertia is None else inertia, f"{one}, {both}{shape}")
         if inertia is None or not {"length", "mass", "centre"} <= info.data.keys():
             return inertia  # one of them is invalid, which is a problem of its own
         least = info.data["mass"] * info.data["centre"] * info.data["centre"]
@@ -204,6 +236,16 @@ class Link(Record):
         if self.elastic and (problems := bending_problems(self)):
             raise InputError(problems)
         return self
+
+    def _stated(self, changed: Collection[str] = ()) -> dict[str, Any]:
+        """Fields but for those that the shape gives, which follow it anew."""
+        own = dict(self)
+        if self.shape is None:
+            return own
+        told = self.shape.numbers(self.length) | {"inertia": _about_origin(own)}
+        section = self.shape.beam(self.length)
+        beam = Beam(**{key: x for key, x in self.beam._stated().items() if section.get(key) != x})
+        return {key: x for key, x in own.items() if told.get(key) != x} | {"beam": beam}
 
     @property
     def total(self) -> Link:
@@ -228,6 +270,14 @@ class Link(Record):
         shapes = f"{self.beam.elements} elements" if self.beam.elements else "sine shapes"
         shapes += ", stretching" if self.beam.axial else ""
         return f"{rigid}, elastic: {shapes}, {self.beam.size} modes, damping {self.beam.damping_ratio:g}"
+
+
+def _about_origin(link: Mapping[str, Any]) -> float:
+    """Moment of inertia about its origin that a shape gives to a link of this mass and mass centre."""
+    if not {"length", "mass", "centre"} <= link.keys():
+        return math.inf  # one of them is invalid, which is a problem of its own
+    told = link["shape"].numbers(link["length"])
+    return link["mass"] * (told["inertia_centre"] / told["mass"] + link["centre"] ** 2)
 
 
 def modal(link: Link) -> Modes:
