@@ -26,11 +26,11 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 38_861,
+    "code lines of the suite": 39_040,
     "code lines of its analyses": 12_493,
-    "code lines of all three packages": 44_153,
-    "files of the suite": 395,
-    "files with one reader": 91,
+    "code lines of all three packages": 44_332,
+    "files of the suite": 396,
+    "files with one reader": 92,
     "entries at the top of the suite": 10,
     "files side by side in a room": 22,
     "repeated places": 4,

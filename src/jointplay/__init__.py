@@ -46,6 +46,7 @@ _HOME = {
     "InputError": ".display.errors",
     "ModelWarning": ".display.errors",
     "catalog": ".solver.mechanism.catalog:",
+    "fit": ".solver.mechanism.parts.fits",
     "contact_stiffness": ".solver.mechanism.parts.stiffness",
     **dict.fromkeys(_RECORDS.split(), ".solver.mechanism.records"),
 }

@@ -124,7 +124,15 @@ def fault(name, function, positional, given):
     return wrong_answer(name, answer), "answered"
 
 
-OTHERS = ("figure", "summary", "contact_stiffness", "animate", "export", "report")  # which give no dataset
+OTHERS = (
+    "figure",
+    "summary",
+    "contact_stiffness",
+    "fit",
+    "animate",
+    "export",
+    "report",
+)  # which give no dataset
 
 
 def wrong_answer(name, answer):

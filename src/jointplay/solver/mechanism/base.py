@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
@@ -66,8 +66,8 @@ class Record(BaseModel):
         """Units of fields, as of `in_si`, that depend on the given data, or that are of tables."""
         return {}
 
-    def _stated(self, changed: Collection[str] = ()) -> dict[str, Any]:
-        """Fields to build a copy of in which those named are other; what follows from others is left out."""
+    def _stated(self, changed: Mapping[str, Any] = {}) -> dict[str, Any]:
+        """Fields to build a changed copy of: what follows from others is left out, to follow them anew."""
         return dict(self)
 
     def __setattr__(self, name: str, value: Any) -> None:

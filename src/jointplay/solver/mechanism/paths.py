@@ -122,7 +122,8 @@ def _with(record: Any, changes: Mapping[tuple[str, ...], Any], place: str) -> An
         return record
     if isinstance(record, tuple):
         return tuple(_with(part, _of_part(inner, i, part), f"{place}[{i}]") for i, part in enumerate(record))
-    parts = record._stated(inner) if isinstance(record, Record) else dict(record)
+    whole = {name: below_it[()] for name, below_it in inner.items() if () in below_it}
+    parts = record._stated(whole) if isinstance(record, Record) else dict(record)
     for name, below_it in inner.items():
         changed = _with(parts.get(name), below_it, f"{place}.{name}")
         counted = isinstance(record, Record) and () in below_it

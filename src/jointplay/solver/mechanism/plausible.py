@@ -96,7 +96,7 @@ def doubts(
         return
     yield from (_under(problem) for certain, problem in _links(mechanism) if not certain)
     yield from map(_under, (*_lengths(mechanism), *_turned(mechanism), *_wide(mechanism)))
-    yield from map(_under, _unlike_its_shape(mechanism))
+    yield from map(_under, (*_unlike_its_shape(mechanism), *_tight(mechanism)))
     yield from map(_under, _fast(mechanism.drive))
     if isinstance(initial, Mapping):
         yield from _start(mechanism, initial, apart or {})
@@ -245,6 +245,14 @@ def _wide(mechanism: Any) -> Iterator[Problem]:
             )
             text = f"that is {shares}{in_millimetres(joint.clearance)}"
             yield Problem(f"joints[{i}].clearance", joint.clearance, text)
+
+
+def _tight(mechanism: Any) -> Iterator[Problem]:
+    """Fits that leave no clearance where the pin is largest and the hole smallest."""
+    for i, joint in enumerate(mechanism.joints):
+        if joint.fit and joint.limits.least < 0:
+            text = f"{joint.limits}: some pins have no clearance; {joint.clearance:g} m is the mean of all"
+            yield Problem(f"joints[{i}].fit", joint.fit, text)
 
 
 def _fast(drive: Any) -> Iterator[Problem]:

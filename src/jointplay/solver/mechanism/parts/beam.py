@@ -9,7 +9,7 @@ a beam of unit length, mass and stiffness (`jointplay.solver.mechanism.parts.sha
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any, Literal, Self
 
@@ -130,7 +130,7 @@ class Beam(Record):
             raise refuse(modes, f"at most {2 * elements} modes, two an element, are accepted")
         return modes
 
-    def _stated(self, changed: Collection[str] = ()) -> dict[str, Any]:
+    def _stated(self, changed: Mapping[str, Any] = {}) -> dict[str, Any]:
         """Fields that were given: a link's shape tells the others."""
         return {key: value for key, value in self if key in self.model_fields_set}
 
@@ -237,7 +237,7 @@ class Link(Record):
             raise InputError(problems)
         return self
 
-    def _stated(self, changed: Collection[str] = ()) -> dict[str, Any]:
+    def _stated(self, changed: Mapping[str, Any] = {}) -> dict[str, Any]:
         """Fields but for those that the shape gives, which follow it anew."""
         own = dict(self)
         if self.shape is None:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from jointplay.display.errors import NOTHING, refuse
+from jointplay.display.errors import NOTHING, InputError, Problem, refuse
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.equations.structure import CORNERS
 from jointplay.solver.mechanism.base import (
@@ -25,11 +25,14 @@ from jointplay.solver.mechanism.base import (
     measured,
     named,
 )
+from jointplay.solver.mechanism.measures import in_si
+from jointplay.solver.mechanism.parts.fits import Fit, limits
 from jointplay.solver.mechanism.parts.friction import FRICTIONLESS, Friction
 from jointplay.solver.mechanism.parts.quantity import checked_numbers, known_law, made_of
 
 _POINT = {"units": "m", "accepts": "a point [x, y] on the ground, two finite numbers in m,"}
 _Point = Annotated[tuple[Number, Number] | None, Field(validate_default=True, json_schema_extra=_POINT)]
+_ANY_DIAMETER = 0.02  # m: of a joint whose own is wrong, to find out whether its fit exists
 _BESIDE = ("stiffness", "damping")  # numbers of laws that are fields of their own
 
 
@@ -97,6 +100,9 @@ class Joint(Record):
         data are then not used.
     radius : float, optional
         Radius R of the journal, m; needed with clearance by a revolute joint.
+    fit : str, optional
+        Fit of ISO 286 at twice the radius, as ``"H7/f7"``, in the place of a clearance: this is then half the
+        difference of the diameters, in the middle between least and largest.
     half_length, half_height : float, optional
         Half sizes of a prismatic joint's slider along and across its line, about its point, m; needed with
         clearance. The guide's faces are the half height and the clearance away from its line on either side.
@@ -112,10 +118,19 @@ class Joint(Record):
     bearing: Pin
     clearance: NonNegative = measured("radial clearance", "m", 0.0)
     radius: Positive | None = measured("journal radius", "m", None, validate_default=True)
+    fit: Name | None = Field(None, json_schema_extra={"accepts": "a fit of ISO 286 such as 'H7/f7'"})
     half_length: Positive | None = measured("half length of a slider", "m", None, validate_default=True)
     half_height: Positive | None = measured("half height of a slider", "m", None, validate_default=True)
     contact: Annotated[Contact | None, Field(validate_default=True)] = None
     friction: Friction | None = None
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _of_a_fit(cls, data: Any, handler: Callable[[Any], Self]) -> Self:
+        if not isinstance(data, Mapping) or not isinstance(data.get("fit"), str):
+            return handler(data)
+        clearance, problems = _fitted(data)
+        return made_of(cls, handler, {**data, "clearance": clearance}, problems)
 
     @field_validator("bearing")
     @classmethod
@@ -154,6 +169,19 @@ class Joint(Record):
             flat = "a law that needs no journal's radius is accepted at a guide, whose faces are flat"
             raise refuse(contact.law, flat, "law")
         return contact
+
+    def _stated(self, changed: Mapping[str, Any] = {}) -> dict[str, Any]:
+        """Fields but for a clearance that follows from a fit; another one takes the place of the fit."""
+        own = dict(self)
+        if self.fit:
+            stays = {"clearance": self.clearance} == changed or "clearance" not in changed
+            own.pop("clearance" if stays else "fit")
+        return own
+
+    @property
+    def limits(self) -> Fit | None:
+        """Its fit, with least and largest clearance; None where its clearance is given by hand."""
+        return limits(self.fit, 2 * self.radius) if self.fit else None
 
     @property
     def ideal(self) -> bool:
@@ -218,7 +246,35 @@ class Joint(Record):
         if self.ideal or self.contact is None:
             return f"{links}, ideal{' guide' * self.prismatic}"
         friction = f", friction {self.friction.description}" if self.friction else ""
-        return f"{links}, clearance {self.clearance:g} m, {self.contact.description}{friction}"
+        fit = f" ({self.fit})" if self.fit else ""
+        return f"{links}, clearance {self.clearance:g} m{fit}, {self.contact.description}{friction}"
+
+
+def _fitted(given: Mapping[str, Any]) -> tuple[Any, list[Problem]]:
+    """Clearance to build a joint with whose fit is given, and what is wrong with that."""
+    own, radius = given.get("clearance"), _metres(given.get("radius"))
+    size = 2 * radius if is_number(radius) and radius > 0 else _ANY_DIAMETER
+    if given.get("kind", "revolute") != "revolute":
+        problems = [Problem("fit", given["fit"], "a fit is accepted with kind = 'revolute' only")]
+    else:
+        try:
+            found, problems = limits(given["fit"], size), []
+        except InputError as error:
+            problems = error.under("fit").problems
+    if own is None:  # where none is known, any one lets what a joint with clearance needs tell so
+        return 1.0 if problems else found.clearance, problems
+    if not problems and is_number(clearance := _metres(own)) and clearance != found.clearance:
+        each = f"{found}, on average {found.clearance:g} m of radial clearance"
+        problems = [Problem("clearance", own, f"either fit or clearance is accepted, not both: {each}")]
+    return own, problems
+
+
+def _metres(given: Any) -> Any:
+    """A length in m; None where it is in another unit, of which its field tells."""
+    try:
+        return in_si(given, "m")
+    except InputError:
+        return None
 
 
 def place_of(number: str) -> str:
