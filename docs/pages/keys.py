@@ -17,7 +17,7 @@ from jointplay.solver.equations.quantity import ForceLaw
 from jointplay.solver.mechanism import catalog, records
 from jointplay.solver.mechanism.base import Record
 from jointplay.solver.mechanism.own.systems import SYSTEMS
-from jointplay.solver.mechanism.parts import bodies, materials
+from jointplay.solver.mechanism.parts import bodies, contact_data, materials
 from jointplay.solver.mechanism.parts.courses import Course
 from jointplay.solver.mechanism.parts.drive import DRIVES
 from jointplay.solver.mechanism.parts.joints import place_of
@@ -41,7 +41,7 @@ PLACES: tuple[tuple[str, str, tuple[type[Record], ...]], ...] = (
         (bodies.Shape, bodies.Bar, bodies.Rod, bodies.Tube, bodies.Plate, materials.Material),
     ),
     ("Joints", "[[mechanism.joints]]", (records.Joint, records.Pin)),
-    ("Contact", "contact, of a joint", (records.Contact,)),
+    ("Contact", "contact, of a joint", (records.Contact, contact_data.PinInBush)),
     ("Friction", "friction, of a joint", (records.Friction,)),
     ("Drives", "[mechanism.drive]", DRIVES),
     ("Loads", "[[mechanism.loads]]", (records.Force, records.Torque, records.Harmonic)),

@@ -47,7 +47,8 @@ _HOME = {
     "ModelWarning": ".display.errors",
     "catalog": ".solver.mechanism.catalog:",
     "fit": ".solver.mechanism.parts.fits",
-    "contact_stiffness": ".solver.mechanism.parts.stiffness",
+    "contact_data": ".solver.mechanism.parts.contact_data",
+    "contact_stiffness": ".solver.mechanism.parts.contact_data",
     **dict.fromkeys(_RECORDS.split(), ".solver.mechanism.records"),
 }
 

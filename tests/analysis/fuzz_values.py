@@ -337,6 +337,7 @@ CALLS = {  # a call that is right
     "Servo": {"link": "crank", "stiffness": 3.0, "damping": 0.1, "speed": 2.0, "nominal_speed": 2.0},
     "SpeedProfile": {"link": "crank", "start": 1.0, "end": 3.0, "time": 0.1},
     "contact_stiffness": {"radius": 0.01, "clearance": 1e-4},
+    "contact_data": {"radius": 0.01, "clearance": 2e-5, "pin": "steel", "bush": "POM", "length": 0.01},
     "fit": {"name": "H7/f7", "diameter": 0.02},
     "run": {"study": "none.toml"},
     "summary": {"dataset": xr.Dataset()},

@@ -15,6 +15,7 @@ from jointplay.solver.mechanism.base import Record
 from jointplay.solver.mechanism.changes import Changes
 from jointplay.solver.mechanism.parts.beam import Beam, Link, PointMass
 from jointplay.solver.mechanism.parts.bodies import Bar, Plate, Rod, Tube
+from jointplay.solver.mechanism.parts.contact_data import PinInBush
 from jointplay.solver.mechanism.parts.courses import FORCES, Course, Harmonic
 from jointplay.solver.mechanism.parts.friction import Friction
 from jointplay.solver.mechanism.parts.materials import Material
@@ -50,6 +51,7 @@ SAMPLES = [  # one of each record, with a number in each field that holds a quan
     Tube(diameter=0.02, wall=0.002, overhang=0.01),
     Plate(width=0.02, thickness=0.006),
     Material(modulus=7e10, poisson_ratio=0.33, density=2700.0),
+    PinInBush(pin="steel", bush="POM", length=0.012, wall=0.004, load=50.0, restitution=0.7),
     PointMass(at=0.01, mass=0.2),
     _PIN,
     Pin(link="ground", point=(0.5, 0.25), direction=0.5),

@@ -279,4 +279,5 @@ def _ends(mechanism: _Linkage, begun: _Linkage, values: Mapping[str, Any]) -> di
 
 def _friction(joint: Joint, coefficient: float) -> Friction | None:
     old = joint.friction.model_dump() if joint.friction else {}
-    return Friction(**old | {"coefficient": coefficient}) if coefficient else None
+    none = not coefficient and not (joint.contact and joint.contact.parts)  # these would give another
+    return None if none else Friction(**old | {"coefficient": coefficient})

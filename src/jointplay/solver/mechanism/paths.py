@@ -93,7 +93,10 @@ def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def as_paths(table: Mapping[str, Any]) -> dict[str, Any]:
-    """A table of changes in which tables of parts stand as paths; a whole drive, which has a kind, stays."""
+    """A table of changes in which tables of parts stand as paths.
+
+    A whole drive, which has a kind, stays, and so does a contact that is given by its pin and bush.
+    """
     own = {key: value for key, value in table.items() if not _holds_parts(key, value)}
     return own | dict(ends({key: table[key] for key in table.keys() - own.keys()}))
 
@@ -106,7 +109,7 @@ def ends(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]
     """Paths and values of the entries of nested tables."""
     for key, value in table.items():
         path = join(above, str(key))
-        if isinstance(value, Mapping) and value:
+        if isinstance(value, Mapping) and value and not {"pin", "bush"} & value.keys():
             yield from ends(value, path)
         else:
             yield path, value

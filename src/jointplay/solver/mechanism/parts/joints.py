@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
+from jointplay.display.accepted import units_of
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.equations.structure import CORNERS
@@ -26,6 +27,7 @@ from jointplay.solver.mechanism.base import (
     named,
 )
 from jointplay.solver.mechanism.measures import in_si
+from jointplay.solver.mechanism.parts.contact_data import ContactData, PinInBush
 from jointplay.solver.mechanism.parts.fits import Fit, limits
 from jointplay.solver.mechanism.parts.friction import FRICTIONLESS, Friction
 from jointplay.solver.mechanism.parts.quantity import checked_numbers, known_law, made_of
@@ -122,7 +124,7 @@ class Joint(Record):
     half_length: Positive | None = measured("half length of a slider", "m", None, validate_default=True)
     half_height: Positive | None = measured("half height of a slider", "m", None, validate_default=True)
     contact: Annotated[Contact | None, Field(validate_default=True)] = None
-    friction: Friction | None = None
+    friction: Annotated[Friction | None, Field(validate_default=True)] = None
 
     @model_validator(mode="wrap")
     @classmethod
@@ -168,20 +170,41 @@ class Joint(Record):
         if contact and info.data.get("kind") == "prismatic" and "R" in LAWS[contact.law].joint:
             flat = "a law that needs no journal's radius is accepted at a guide, whose faces are flat"
             raise refuse(contact.law, flat, "law")
-        return contact
+        return _resolved(contact, info.data) if contact and contact.parts else contact
+
+    @field_validator("friction")
+    @classmethod
+    def _of_the_parts(cls, friction: Friction | None, info: ValidationInfo) -> Friction | None:
+        contact = info.data.get("contact")
+        told = friction is None and contact is not None and contact.parts is not None
+        return Friction(coefficient=contact.parts.friction.value) if told else friction
 
     def _stated(self, changed: Mapping[str, Any] = {}) -> dict[str, Any]:
-        """Fields but for a clearance that follows from a fit; another one takes the place of the fit."""
-        own = dict(self)
-        if self.fit:
-            stays = {"clearance": self.clearance} == changed or "clearance" not in changed
-            own.pop("clearance" if stays else "fit")
+        """Fields but for those that follow from fit or parts; another clearance takes the place of a fit."""
+        own, parts = dict(self), self.contact and self.contact.parts
+        if parts and self.friction == Friction(coefficient=parts.friction.value):
+            del own["friction"]
+        if parts and not self.ideal:
+            given = self.contact.given
+            told = self.data.numbers(self.contact.law, given)
+            own["contact"] = self.contact.with_numbers({k: x for k, x in given.items() if told.get(k) != x})
+        alone = "clearance" not in changed or changed == {"clearance": self.clearance}
+        if (changed.get("fit") or self.fit) and alone:
+            del own["clearance"]
+        elif self.fit:
+            del own["fit"]
         return own
 
     @property
     def limits(self) -> Fit | None:
         """Its fit, with least and largest clearance; None where its clearance is given by hand."""
         return limits(self.fit, 2 * self.radius) if self.fit else None
+
+    @property
+    def data(self) -> ContactData | None:
+        """What follows from its pin and bush, with spread and source; None where they are not given."""
+        parts = self.contact and self.contact.parts
+        return ContactData(parts, self.radius, self.clearance) if parts and not self.ideal else None
 
     @property
     def ideal(self) -> bool:
@@ -250,6 +273,22 @@ class Joint(Record):
         return f"{links}, clearance {self.clearance:g} m{fit}, {self.contact.description}{friction}"
 
 
+def _resolved(contact: Contact, joint: Mapping[str, Any]) -> Contact:
+    """A contact with the numbers of its law that follow from its pin and bush, in a joint of these fields."""
+    if joint.get("kind") == "prismatic":
+        raise refuse("prismatic", "pin and bush are accepted with kind = 'revolute'", "parts")
+    if not joint.get("clearance") or not joint.get("radius"):
+        return contact
+    data = ContactData(contact.parts, joint["radius"], joint["clearance"])
+    data.check()
+    made = contact.with_numbers(data.numbers(contact.law, contact.given) | contact.given)
+    needed = [name for name, value in made.numbers.items() if value is None]
+    if needed:
+        text = f"needed beside pin and bush, of which it does not follow with law = {contact.law!r}"
+        raise InputError(Problem(place_of(name), NOTHING, f"a {name} is {text}") for name in needed)
+    return made
+
+
 def _fitted(given: Mapping[str, Any]) -> tuple[Any, list[Problem]]:
     """Clearance to build a joint with whose fit is given, and what is wrong with that."""
     own, radius = given.get("clearance"), _metres(given.get("radius"))
@@ -282,6 +321,20 @@ def place_of(number: str) -> str:
     return number if number in _BESIDE else f"parameters.{number}"
 
 
+def _with_parts(schema: dict[str, Any]) -> None:
+    """Let the JSON schema of a contact take the keys of a pin in its bush beside its own."""
+    for name, field in PinInBush.model_fields.items():
+        units = units_of(field)
+        about = {"type": "number", "units": units} if units else {}
+        schema["properties"].setdefault(name, about | {"title": name.capitalize()})
+    schema["additionalProperties"] = False
+
+
+_SOME = PinInBush(
+    pin="steel", bush="steel", length=0.01
+)  # in the place of a wrong one, so that others are told
+
+
 class Contact(Record):
     """The law of the normal force in a joint with clearance, at a penetration u ≥ 0.
 
@@ -299,13 +352,19 @@ class Contact(Record):
     tension : bool
         True: the force may pull just before separation, as the law reads. False: contact ends where the force
         reaches 0.
+    parts : PinInBush, optional
+        Pin and bush, of which the joint takes what is not given beside them: numbers of the law and friction.
+        The law is then ``hunt_crossley`` if left out. In a study file its keys stand here: ``pin``, ``bush``,
+        ``length`` and others.
     """
 
+    model_config = ConfigDict(json_schema_extra=_with_parts)
     law: Annotated[str, Field(json_schema_extra=lambda schema: schema.update(enum=[*LAWS]))] = "kelvin_voigt"
     stiffness: Positive | None = measured("contact stiffness", "N/m", None)
     damping: NonNegative | None = measured("contact damping", "N s/m", None)
     parameters: dict[Name, Number] = Field({})
     tension: Flag = True
+    parts: PinInBush | None = None
 
     @field_validator("law")
     @classmethod
@@ -317,17 +376,32 @@ class Contact(Record):
     def _of_the_law(cls, data: Any, handler: Callable[[Any], Self]) -> Self:
         if not isinstance(data, Mapping) or not isinstance(data.get("parameters", {}), Mapping):
             return handler(data)
+        data, wrong = _with_their_parts(data)
         law, further = data.get("law", "kelvin_voigt"), data.get("parameters", {})
         given = {key: data.get(key) for key in _BESIDE} | {place_of(name): x for name, x in further.items()}
         values, problems = checked_numbers(law, LAWS, given, place=place_of, units=_per_power(law, further))
+        follow = data.get("parts") is not None  # in a joint
+        problems = wrong + [problem for problem in problems if not (follow and problem.given is NOTHING)]
         own = {key: values.get(key) for key in _BESIDE}
         own["parameters"] = {name: values[place_of(name)] for name in further if place_of(name) in values}
         return made_of(cls, handler, {**data, **own}, problems)
 
     @property
+    def given(self) -> dict[str, float]:
+        """Numbers of the law by name that there are."""
+        own = {"stiffness": self.stiffness, "damping": self.damping} | self.parameters
+        return {name: value for name, value in own.items() if value is not None}
+
+    def with_numbers(self, numbers: Mapping[str, float]) -> Contact:
+        """The same with these numbers of its law, by name."""
+        own = {key: numbers.get(key) for key in _BESIDE}
+        further = {name: value for name, value in numbers.items() if name not in _BESIDE}
+        return Contact(**dict(self) | own | {"parameters": further})
+
+    @property
     def numbers(self) -> dict[str, float]:
         """Numbers of the law by name, in its order."""
-        own = {"stiffness": self.stiffness, "damping": self.damping} | self.parameters
+        own = self.given
         return {name: own.get(name, each.usual) for name, each in LAWS[self.law].numbers.items()}
 
     @property
@@ -353,6 +427,21 @@ class Contact(Record):
 
     def __hash__(self) -> int:
         return hash((self.law, *self.numbers.values(), self.tension))
+
+
+def _with_their_parts(data: Mapping[str, Any]) -> tuple[Mapping[str, Any], list[Problem]]:
+    """A contact's table with pin and bush in their own, and what is wrong with these."""
+    flat = {key: value for key, value in data.items() if key in PinInBush.model_fields}
+    problems = []
+    if flat:
+        data = {key: value for key, value in data.items() if key not in flat}
+        try:
+            data["parts"] = PinInBush(**flat)
+        except InputError as error:
+            problems, data["parts"] = error.problems, _SOME
+    if data.get("parts") is not None and data.get("law") is None:
+        data = {**data, "law": "hunt_crossley"}
+    return data, problems
 
 
 def _per_power(law: Any, further: Mapping[str, Any]) -> dict[str, str]:
