@@ -127,7 +127,7 @@ def test_an_argument_is_given_once():
 
 
 def test_records_take_keywords_and_say_which():
-    assert "name, length, mass" in refused(jp.Link, "a", 0.2)["link"]
+    assert "name, length, shape, mass" in refused(jp.Link, "a", 0.2)["link"]
 
 
 @pytest.mark.parametrize("given", ["contact", PAIR, 3, None, jp.ContactSection])

@@ -273,7 +273,9 @@ def test_wrong_parts_are_named_with_what_would_be_accepted():
     assert "'liu'" in only(problems_of(joint, contact=wide), "joint.contact.method").expected
     guide = {"kind": "prismatic", "radius": None, "half_length": 0.01, "half_height": 0.01}
     assert "revolute" in only(problems_of(joint, contact=PARTS, **guide), "joint.contact.parts").expected
-    assert set(problems_of(jp.contact_data, RADIUS, CLEARANCE, pin="steel", colour=3)) >= {"bush", "colour"}
+    wrong = {"pin": "steel", "colour": 3, "method": "guess", "speed": "3 m"}
+    found = set(problems_of(jp.contact_data, -1, CLEARANCE, **wrong))
+    assert found == {"radius", "bush", "length", "colour", "method", "speed"}
 
 
 def test_the_page_on_stiffness_has_the_numbers_that_the_program_gives():

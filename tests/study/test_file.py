@@ -232,8 +232,9 @@ def test_a_figure_may_draw_any_two_recorded_variables():
     assert "are not recorded" in problems(WRITTEN_OUT, record, alone)["figure.x"]
 
 
-def test_a_length_of_the_run_is_needed():
-    assert "turns, or duration" in problems(TEXT.replace("turns = 2\n", ""))["analysis.turns"]
+def test_times_of_samples_need_the_length_of_the_run():
+    text = TEXT.replace("turns = 2\n", "at = [0.1, 0.2]\n")
+    assert "turns, or duration" in problems(text)["analysis.turns"]
 
 
 def test_ways_to_sample_exclude_each_other():

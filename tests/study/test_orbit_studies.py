@@ -18,7 +18,7 @@ PLANE = {"kind": "plane", "quantity": "y", "value": 0.0}
 @pytest.mark.parametrize(
     ("study", "keys"),
     [
-        (BRANCH, ["analysis"]),
+        (BRANCH, ["analysis.range"]),
         (BRANCH | {"analysis": {"range": [2.0, 9.0], "parameter": "gsp"}}, ["analysis.range.gsp"]),
         (BRANCH | {"analysis": {"range": [6.0, 9.0], "parameter": "gap"}}, ["analysis.start"]),
         (

@@ -35,5 +35,5 @@ def test_the_catalogs_tables_are_made_once_for_all_kinds_of_study(monkeypatch):
 @pytest.mark.parametrize("kind", ["ResponseStudy", "SectionStudy"])
 def test_a_name_is_not_required_and_bounds_are_said(kind):
     table = schema()["$defs"][kind]
-    assert set(table["required"]) == {"kind", "mechanism", "analysis"}
+    assert set(table["required"]) == {"kind", "mechanism"}
     assert schema()["$defs"]["Link"]["properties"]["mass"]["exclusiveMinimum"] == 0

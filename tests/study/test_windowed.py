@@ -4,7 +4,6 @@ import pytest
 
 from jointplay.display.errors import InputError
 from jointplay.study.file import load
-from tests.support.study_samples import TEXT
 
 WINDOWED = """\
 kind = "response"
@@ -76,12 +75,6 @@ def test_all_contradictions_are_said_at_once(file):
 )
 def test_windows_that_make_no_sense_are_refused(file, windows, key):
     assert problems(file, f"analysis.windows={windows}").keys() == {f"analysis.windows{key}"}
-
-
-def test_a_length_is_needed_without_windows(tmp_path):
-    path = tmp_path / "a.toml"
-    path.write_text(TEXT.replace("turns = 2\n", ""))
-    assert "the length of the run is needed" in problems(path)["analysis.turns"]
 
 
 def test_a_section_has_no_windows(file):

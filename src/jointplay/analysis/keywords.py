@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial, wraps
+from functools import wraps
 from inspect import Parameter, Signature, signature
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar
 
@@ -26,6 +26,7 @@ from pydantic import (
 )
 from typing_extensions import TypedDict  # that of `typing` forgets its bases before Python 3.12
 
+from jointplay.analysis.left_out import NONE, LeftOut
 from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.rules import started
 from jointplay.display.described import with_returns
@@ -64,7 +65,11 @@ _PLANE = "a table of two coordinates, each a rising list of numbers or a table o
 
 
 def analysis(
-    *rules: Rule | str, usual: Mapping[str, Any] | None = None, outputs: Any = None, **more: Any
+    *rules: Rule | str,
+    usual: Mapping[str, Any] | None = None,
+    outputs: Any = None,
+    left_out: LeftOut = NONE,
+    **more: Any,
 ) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Make a function an analysis: its signature checks each call, its `progress` is called as time passes.
 
@@ -77,16 +82,24 @@ def analysis(
         Defaults of shared settings (`Motion`) that are this analysis' own.
     outputs : declared.Outputs, optional
         What it gives.
+    left_out : LeftOut
+        Keywords that follow from the others where they are left out.
     """
 
     def decorated(function: Callable[P, T]) -> Callable[P, T]:
         unpack(function, usual or {})
         if outputs is not None:
             function.outputs, function.__doc__ = outputs, with_returns(function.__doc__, str(outputs))
-        before = partial(_as_meant, "period" in signature(function).parameters)
+        closes = "period" in signature(function).parameters
+
+        def before(given: dict[str, Any]) -> dict[str, Any]:
+            return left_out.completed(_as_meant(closes, given))
+
         told, shared = (*rules, _turns_as_driven(function)), {"model": started} | more
         check = checked(*told, before=before, after=_warned, **shared)
-        return check(_signed(reported(function)))
+        made = check(_signed(reported(function)))
+        made.left_out = left_out
+        return made
 
     return decorated
 
@@ -324,7 +337,8 @@ class Lasting(Motion, total=False):
     Parameters
     ----------
     turns, duration : float
-        Length after the transient: nominal turns of the crank (or forcing periods), or s. One of them.
+        Length after the transient: nominal turns of the crank (or forcing periods), or s. One of them; where
+        none is given, as many turns after a transient as the analysis usually takes.
     transient : float
         Turns that are followed first.
     """

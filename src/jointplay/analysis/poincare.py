@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from jointplay.analysis import rates, rules
+from jointplay.analysis import left_out, rates, rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, beyond_the_model, joint_flags, run_values
 from jointplay.analysis.exponents.frame_growth import followed_together
@@ -84,6 +84,7 @@ def _started(mechanism: Mechanism | TestSystem, initial: Any, section: Any, reco
     *(rules.length_fits, rules.section_fits, rules.record_fits, ensemble_fits),
     model=_started,
     outputs=OUTPUTS,
+    left_out=left_out.lasting(50, 200),
 )
 def poincare(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 import numpy as np
 from pydantic import AfterValidator
 
-from jointplay.analysis import rates, recorded_spans, rules
+from jointplay.analysis import left_out, rates, recorded_spans, rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, Quantities, beyond_the_model, joint_flags, run_values
 from jointplay.analysis.exponents.section_exponents import timeless
@@ -175,6 +175,7 @@ def _started(mechanism: Mechanism | TestSystem, initial: Any, section: Any, reco
     rules.section_fits,
     rules.record_fits,
     outputs=OUTPUTS,
+    left_out=left_out.lasting(20, 5),
     model=_started,
 )
 def simulate(  # noqa: D417 (nobody gives it the model)

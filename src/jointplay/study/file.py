@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, TypeAdapter
 
+from jointplay.analysis.left_out import NONE
 from jointplay.analysis.own_units import in_own_units
 from jointplay.display.described import descriptions
 from jointplay.display.errors import NOTHING, InputError, Problem, unknown
@@ -115,9 +116,10 @@ def _broken_rules(table: Mapping[str, Any], problems: list[Problem]) -> list[Pro
     given = {key: value for each in tables for key, value in each.items()}
     if "mechanism" not in wrong:
         given["mechanism"] = build_mechanism(table["mechanism"])
-    if "over" in row.function.fields() and "over" not in wrong:
+    if "over" in row.function.fields() and "over" not in wrong and "vary" in table:
         given["over"] = values(parsed(varied_in_own_units(given.get("mechanism"), table["vary"])))
-    problems, _ = row.function.asked(in_own_units(given.get("mechanism"), given), wrong)
+    given = getattr(row.function, "left_out", NONE).completed(in_own_units(given.get("mechanism"), given))
+    problems, _ = row.function.asked(given, wrong)
     return in_a_study(problems)
 
 
@@ -173,6 +175,9 @@ def schema() -> dict[str, Any]:
             kind["required"].remove("name")  # the file's own name is taken
     for row in KINDS.values():
         _describe(row, tidy["$defs"])
+        own = tidy["$defs"][models(row).analysis.__name__]
+        follow = getattr(row.function, "left_out", NONE).names
+        own["required"] = [name for name in own.get("required", ()) if name not in follow]
     return {"$schema": DIALECT, "title": "jointplay study file", **tidy}
 
 

@@ -24,6 +24,7 @@ from pydantic import (
 
 from jointplay import figures
 from jointplay.analysis.keywords import doubts
+from jointplay.analysis.left_out import NONE
 from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.vary import largest
@@ -137,12 +138,23 @@ class Study(OfKind):
     @field_validator("vary", mode="before", check_fields=False)
     @classmethod
     def _varied_in_their_units(cls, vary: Any, info: ValidationInfo) -> Any:
+        if vary is None and (vary := cls._completed({}, info).get("over")) is None:
+            raise refuse(NOTHING, f"a table of parameters, each with {vary_table.ACCEPTED}, is accepted")
         return vary_table.in_own_units(info.data.get("mechanism"), vary)
 
     @field_validator("analysis", mode="before", check_fields=False)
     @classmethod
     def _keywords_in_their_units(cls, given: Any, info: ValidationInfo) -> Any:
-        return in_own_units(info.data.get("mechanism"), given) if isinstance(given, Mapping) else given
+        if not isinstance(given, Mapping):
+            return given
+        told = cls._completed(in_own_units(info.data.get("mechanism"), given), info)
+        return {key: value for key, value in told.items() if key not in ELSEWHERE or key in given}
+
+    @classmethod
+    def _completed(cls, given: Mapping[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        """Keywords, with those that follow from the mechanism where they are left out."""
+        known = {"mechanism": info.data["mechanism"]} if "mechanism" in info.data else {}
+        return getattr(cls.row.function, "left_out", NONE).completed({**known, **given})
 
     @field_validator("vary", check_fields=False)  # some kinds have none
     @classmethod
@@ -232,7 +244,7 @@ class SingleStudy(Study):
 class SweepStudy(Study):
     """A study whose analysis varies parameters itself."""
 
-    vary: vary_table.Vary = vary_table.vary_field()
+    vary: vary_table.Vary = vary_table.vary_field(default=None, validate_default=True)
 
     def keywords(self) -> dict[str, Any]:
         """Keywords of the analysis function; omitted ones stay out."""
@@ -286,14 +298,13 @@ def models(row: Kind) -> Models:
             (Analysis, {name: field for name, field in fields.items() if name not in INTEGRATOR + ELSEWHERE}),
         )
     )
-    needed = "duration" in fields or any(each.is_required() for each in analysis.model_fields.values())
     study = create_model(
         f"{title}Study",
         __base__=SweepStudy if "over" in fields else Study if row.varies else SingleStudy,
         __doc__=row.function.__doc__.partition("\n")[0],
         kind=(Literal[row.name], ...),
         integrator=(integrator, integrator()),
-        analysis=(analysis, ... if needed else analysis()),
+        analysis=(analysis, Field({}, validate_default=True)),
     )
     made = Models(study, integrator, analysis)
     for model in made:

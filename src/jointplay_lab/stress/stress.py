@@ -160,7 +160,7 @@ RECORD = ("mode", "penetration", "normal_velocity", "tangential_velocity", "norm
 def stress(
     mechanism: Moving | None = None,
     *,
-    scenes: Natural,
+    scenes: Natural = 100,
     first: Count = 0,
     seed: Count = 0,
     variants: listed(str, f"a list of variants: {', '.join(VARIANTS)}") = FOUR_BARS,

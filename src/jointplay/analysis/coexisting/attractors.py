@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 import numpy as np
 from pydantic import Field
 
-from jointplay.analysis import rules
+from jointplay.analysis import left_out, rules
 from jointplay.analysis.cells import first_bad, growing, handed_out, warm
 from jointplay.analysis.coexisting import passes, special_points
 from jointplay.analysis.coexisting.identity import EVENTS, Change, identities
@@ -145,6 +145,7 @@ OUTPUTS = Outputs(
     varied=at_largest,
     model=lambda varied, initial: rules.on_section(varied, initial),
     outputs=OUTPUTS,
+    left_out=left_out.both(left_out.over(5), left_out.INNER_DISC),
     usual={"rtol": RTOL},
 )
 def attractors(
@@ -175,9 +176,10 @@ def attractors(
     mechanism : Mechanism or TestSystem
         What moves.
     over : mapping of str to sequence of float
-        One parameter with its values, as in `bifurcation`.
+        One parameter with its values, as in `bifurcation`; 5 clearances if left out.
     region : mapping of str to (float, float)
-        Coordinates of starts, as those of a plane of `basins`, each with its lowest and highest value.
+        Coordinates of starts, as those of a plane of `basins`, each with its lowest and highest value; the
+        inner 0.7 of the clearance if left out.
     joint : str, optional
         Whose journal, as in `basins`.
     starts : int

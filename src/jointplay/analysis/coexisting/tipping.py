@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 import numpy as np
 from pydantic import Field
 
-from jointplay.analysis import rules
+from jointplay.analysis import left_out, rules
 from jointplay.analysis.cells import first_bad, growing, handed_out, warm
 from jointplay.analysis.coexisting import passes
 from jointplay.analysis.coexisting.edge import Boundary, edge_state
@@ -176,6 +176,7 @@ OUTPUTS = Outputs(
     rules.turns_alike,
     ensemble_fits,
     outputs=OUTPUTS,
+    left_out=left_out.INNER_DISC,
     model=rules.on_section,
 )
 def tipping(  # noqa: D417 (nobody gives it the model)

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
 import numpy as np
 from pydantic import AfterValidator
 
+from jointplay.analysis import left_out
 from jointplay.analysis.curves.curve_starts import Branches, key_of, labels_fit, starts_in
 from jointplay.analysis.curves.tracing import BIFURCATIONS, FOLLOWED, KINDS, Curve, Curves, starts_of, whole
 from jointplay.analysis.declared import Outputs
@@ -194,6 +195,7 @@ OUTPUTS = Outputs(
     *(section_fits, "model", turns_alike, _plane_fits, labels_fit),
     usual={"rtol": RTOL},
     outputs=OUTPUTS,
+    left_out=left_out.TWO_RANGES,
     model=started,
 )
 def curve(
@@ -223,8 +225,9 @@ def curve(
     section : CrankAngle or Plane
         As in `periodic_orbit`.
     plane : dict of str to pair of float
-        Two parameters, by name or by key path, each with its lowest and highest value. Over the first one, at
-        the mechanism's own value of the second, changes are looked for from which curves start.
+        Two parameters, by name or by key path, each with its lowest and highest value; clearance and gear
+        ratio or speed, each from half to twice its own, if left out. Over the first one, at the mechanism's
+        own value of the second, changes are looked for from which curves start.
     of : sequence of str
         Kinds of curves: fold, period_doubling, neimark_sacker, symmetry_breaking, and grazing, which is not
         among those that are followed if this is left out; with it also the grazings that other curves meet.

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Unpack
 import numpy as np
 from pydantic import BeforeValidator
 
-from jointplay.analysis import rules
+from jointplay.analysis import left_out, rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, run_values
 from jointplay.analysis.exponents import batch_means, section_exponents
@@ -161,6 +161,7 @@ OUTPUTS = Outputs(
     steady,
     usual={"transient": 20},
     outputs=OUTPUTS,
+    left_out=left_out.lasting(20, 100),
 )
 def covariant(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 import numpy as np
 from pydantic import BeforeValidator
 
-from jointplay.analysis import rules
+from jointplay.analysis import left_out, rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, run_values
 from jointplay.analysis.exponents import batch_means, growth, section_exponents
@@ -187,6 +187,7 @@ OUTPUTS = Outputs(
     ensemble_fits,
     _ensemble_fits,
     outputs=OUTPUTS,
+    left_out=left_out.lasting(20, 300),
 )
 def lyapunov(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,

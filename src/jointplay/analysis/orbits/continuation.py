@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 
+from jointplay.analysis import left_out
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Moving, Names, Settling, Small, Text, analysis
 from jointplay.analysis.labels import Out, along, ended, units
@@ -143,7 +144,7 @@ OUTPUTS = Outputs(
 )
 
 
-@analysis(*ORBIT, branch_fits, usual={"rtol": RTOL}, outputs=OUTPUTS, model=started)
+@analysis(*ORBIT, branch_fits, usual={"rtol": RTOL}, outputs=OUTPUTS, left_out=left_out.RANGE, model=started)
 def continuation(
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
@@ -171,7 +172,7 @@ def continuation(
     parameter : str
         A number by name (``clearance``, ``gear_ratio``, ``gap``, …) or by key path, as in `bifurcation`.
     range : pair of float
-        Lowest and highest value.
+        Lowest and highest value; half and twice a linkage's own if left out.
     start : float, optional
         Value at which the first orbit is sought; the mechanism's own if left out.
     period, initial, transient, tolerance

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from jointplay.analysis import rules
+from jointplay.analysis import left_out, rules
 from jointplay.analysis.declared import Outputs, values_of
 from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import Lasting, Moving, Quantity, Text, analysis
@@ -109,7 +109,13 @@ def _known(window: str) -> str:
     return window
 
 
-@analysis(_quantity_fits, rules.length_fits, deferred=["model", rules.samples_fit], outputs=OUTPUTS)
+@analysis(
+    _quantity_fits,
+    rules.length_fits,
+    deferred=["model", rules.samples_fit],
+    outputs=OUTPUTS,
+    left_out=left_out.lasting(50, 100),
+)
 def spectrum(
     mechanism: Moving,
     *,

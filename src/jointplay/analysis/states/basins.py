@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 import numpy as np
 from pydantic import Field
 
-from jointplay.analysis import rules
+from jointplay.analysis import left_out, rules
 from jointplay.analysis.cells import handed_out, warm
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
@@ -151,7 +151,13 @@ OUTPUTS = Outputs(
 
 
 @analysis(
-    start_plane.plane_fits, "model", rules.turns_alike, ensemble_fits, outputs=OUTPUTS, model=rules.on_section
+    start_plane.plane_fits,
+    "model",
+    rules.turns_alike,
+    ensemble_fits,
+    outputs=OUTPUTS,
+    left_out=left_out.WHOLE_DISC,
+    model=rules.on_section,
 )
 def basins(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,

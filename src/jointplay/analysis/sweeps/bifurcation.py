@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
 import numpy as np
 from pydantic import BeforeValidator
 
+from jointplay.analysis import left_out
 from jointplay.analysis.cells import Read, answered
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.exponents.batch_means import CHAOTIC, FOLLOWING, decided
@@ -232,6 +233,7 @@ OUTPUTS = Outputs(
     varied=at_largest,
     usual={"rtol": RTOL},
     outputs=OUTPUTS,
+    left_out=left_out.over(40),
 )
 def bifurcation(
     mechanism: Moving,
@@ -266,7 +268,8 @@ def bifurcation(
     over : mapping of str to sequence of float
         One parameter or two with their values, in any order: changes of the mechanism (``clearance``,
         ``gear_ratio``, ``friction``, ...), parameters of a test system, or key paths into the record
-        (``joints.B.contact.stiffness``, ``links.coupler.mass``). SI units.
+        (``joints.B.contact.stiffness``, ``links.coupler.mass``). SI units. 40 clearances from half to twice
+        the present one if left out.
     section : Section
         Where the motion is cut; once a turn at crank angle 0 if left out.
     record : sequence of str, optional

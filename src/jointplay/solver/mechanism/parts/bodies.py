@@ -21,7 +21,7 @@ from pydantic import field_validator, model_validator
 
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse
 from jointplay.solver.mechanism.base import NonNegative, Positive, Record, measured
-from jointplay.solver.mechanism.parts.materials import AnyMaterial, material_field
+from jointplay.solver.mechanism.parts.materials import AnyMaterial
 
 EXAMPLE = "shape = { bar = { width = '20 mm', thickness = '6 mm' }, material = 'steel' }"
 PAST = "length past each pin"
@@ -168,7 +168,7 @@ class Shape(Record):
     rod: Rod | None = None
     tube: Tube | None = None
     plate: Plate | None = None
-    material: AnyMaterial = material_field()
+    material: AnyMaterial
 
     @model_validator(mode="after")
     def _one_body(self) -> Self:

@@ -41,11 +41,13 @@ from jointplay.display.errors import Problem, refuse
 from jointplay.solver.equations import cylinders
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism.base import NonNegative, Number, Positive, Record, is_number, measured, unit
-from jointplay.solver.mechanism.parts.materials import AnyMaterial, Material, material_field
+from jointplay.solver.mechanism.parts.materials import AnyMaterial, Material
 from jointplay.solver.mechanism.signature import checked
 
 Pair = float | tuple[float, float]
-Method = Literal["hertz", "johnson", "dubowsky_freudenstein", "liu"]
+Method = Annotated[Literal["hertz", "johnson", "dubowsky_freudenstein", "liu"], Field()]
+Lubrication = Annotated[Literal["greased", "dry"], Field()]
+ROUGHNESS, SPEED = 4e-7, 0.1  # m; m/s
 USUAL_PRESSURE = 5e6  # Pa, over the projected area 2 R L: of bushes in machines
 NARROW, DEEP = (
     0.5,
@@ -84,16 +86,16 @@ class PinInBush(Record):
     """
 
     root: ClassVar[str | None] = ""
-    pin: AnyMaterial = material_field()
-    bush: AnyMaterial = material_field()
+    pin: AnyMaterial
+    bush: AnyMaterial
     length: Positive = measured("length of the bush", "m")
     wall: Positive | None = measured("thickness of the bush's wall", "m", None)
-    roughness: NonNegative = measured("roughness Ra", "m", 4e-7)
+    roughness: NonNegative = measured("roughness Ra", "m", ROUGHNESS)
     load: Positive | None = measured("load", "N", None)
     method: Method | None = None
     restitution: _Restitution | None = measured("coefficient of restitution", "1", None)
-    speed: Positive = measured("speed of a blow", "m/s", 0.1)
-    lubrication: Literal["greased", "dry"] = "greased"
+    speed: Positive = measured("speed of a blow", "m/s", SPEED)
+    lubrication: Lubrication = "greased"
 
     @property
     def softer(self) -> Material:
@@ -354,7 +356,17 @@ def damping_factor(restitution: float) -> float:
 def contact_data(
     radius: Annotated[Positive, unit("radius", "m")],
     clearance: Annotated[Positive, unit("radial clearance", "m")],
-    **parts: Any,
+    *,
+    pin: AnyMaterial,
+    bush: AnyMaterial,
+    length: Annotated[Positive, unit("length of the bush", "m")],
+    wall: Annotated[Positive, unit("thickness of the bush's wall", "m")] | None = None,
+    roughness: Annotated[NonNegative, unit("roughness Ra", "m")] = ROUGHNESS,
+    load: Annotated[Positive, unit("load", "N")] | None = None,
+    method: Method | None = None,
+    restitution: Annotated[_Restitution, unit("coefficient of restitution", "1")] | None = None,
+    speed: Annotated[Positive, unit("speed of a blow", "m/s")] = SPEED,
+    lubrication: Lubrication = "greased",
 ) -> ContactData:
     """Give stiffness, damping and friction of a pin in its bush, each with its spread and its source.
 
@@ -364,9 +376,8 @@ def contact_data(
         Radius of the pin, m.
     clearance : float
         How much larger the bush's radius is, m.
-    **parts
-        As in a joint's contact: ``pin``, ``bush``, ``length``, and where wanted ``wall``, ``roughness``,
-        ``load``, ``method``, ``restitution``, ``speed``, ``lubrication``.
+    pin, bush, length, wall, roughness, load, method, restitution, speed, lubrication
+        As in `PinInBush`, and as in a joint's ``contact``.
 
     Returns
     -------
@@ -379,7 +390,9 @@ def contact_data(
     InputError
         Listing what makes no sense, and a method that does not hold at the load.
     """
-    found = ContactData(PinInBush(**parts), radius, clearance)
+    sizes = {"length": length, "wall": wall, "roughness": roughness, "load": load, "method": method}
+    blow = {"restitution": restitution, "speed": speed, "lubrication": lubrication}
+    found = ContactData(PinInBush(pin=pin, bush=bush, **sizes, **blow), radius, clearance)
     found.check()
     return found
 

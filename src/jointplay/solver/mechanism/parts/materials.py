@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
 from jointplay.display.errors import InputError, unknown
-from jointplay.solver.mechanism.base import Name, Number, Positive, Record, measured
+from jointplay.solver.mechanism.base import Name, Number, Positive, Record, accepts, measured
 
 _RATIO = "a number above -1, up to 0.5"
 _Ratio = Annotated[Number, Field(gt=-1, le=0.5)]
@@ -161,5 +160,4 @@ class MaterialSchema:
 
 
 _ACCEPTS = f"a material, {', '.join(TABLE)}, or a table of modulus (Pa), poisson_ratio and density (kg/m³)"
-AnyMaterial = Annotated[Material, BeforeValidator(_by_name), MaterialSchema()]
-material_field = partial(Field, json_schema_extra={"accepts": _ACCEPTS})
+AnyMaterial = Annotated[Material, BeforeValidator(_by_name), MaterialSchema(), accepts(_ACCEPTS)]
