@@ -236,6 +236,8 @@ def test_what_follows_from_parts_follows_a_change():
         ({"joints.B.contact.stiffness": 1e8}, {"contact": PARTS | {"stiffness": 1e8}}),
     ):
         assert changed(**changes) == joint(**{"contact": PARTS} | more)
+    rubbing = changed(**{"joints.B.friction.coefficient": 0.3, "joints.B.friction.viscous": 2.0})
+    assert rubbing.friction == jp.Friction(coefficient=0.3, viscous=2.0)
     assert changed(friction=0).friction == jp.Friction(coefficient=0)
     assert changed(friction=0.3).friction == jp.Friction(coefficient=0.3)
     ideal = whole.replace(clearance=0)

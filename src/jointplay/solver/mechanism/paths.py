@@ -125,10 +125,11 @@ def _with(record: Any, changes: Mapping[tuple[str, ...], Any], place: str) -> An
         return record
     if isinstance(record, tuple):
         return tuple(_with(part, _of_part(inner, i, part), f"{place}[{i}]") for i, part in enumerate(record))
+    present = dict(record)
     whole = {name: below_it[()] for name, below_it in inner.items() if () in below_it}
-    parts = record._stated(whole) if isinstance(record, Record) else dict(record)
+    parts = record._stated(whole) if isinstance(record, Record) else present
     for name, below_it in inner.items():
-        changed = _with(parts.get(name), below_it, f"{place}.{name}")
+        changed = _with(parts.get(name, present.get(name)), below_it, f"{place}.{name}")
         counted = isinstance(record, Record) and () in below_it
         parts[name] = as_counted(type(record), name, changed) if counted else changed
     if isinstance(record, dict):

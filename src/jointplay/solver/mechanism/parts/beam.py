@@ -264,7 +264,8 @@ class Link(Record):
     def description(self) -> str:
         """Length, mass, inertia and elasticity in a few words."""
         whole, points = self.total, f", {len(self.masses)} point masses in it" if self.masses else ""
-        rigid = f"{self.length:g} m, {whole.mass:g} kg{points}, {whole.inertia:g} kg m²"
+        shape = f" ({self.shape.description})" if self.shape else ""
+        rigid = f"{self.length:g} m, {whole.mass:g} kg{points}, {whole.inertia:g} kg m²{shape}"
         if not self.elastic:
             return rigid
         shapes = f"{self.beam.elements} elements" if self.beam.elements else "sine shapes"

@@ -179,6 +179,12 @@ class Shape(Record):
         return self
 
     @property
+    def description(self) -> str:
+        """Material and body in a few words."""
+        body = next(name for name in _BODIES if getattr(self, name))
+        return f"{self.material.name} {body}, its holes left out"
+
+    @property
     def across(self) -> tuple[str, float]:
         """Its size in the plane across its line, through which pins pass: key, and value in m."""
         name = next(name for name in _BODIES if getattr(self, name))

@@ -423,7 +423,8 @@ class Contact(Record):
                 for (name, value), unit in zip(numbers, units, strict=True)
             )
             told = (self.law.replace("_", " "), *told)
-        return ", ".join(told) + ("" if self.tension else ", no tension")
+        parts = f" ({self.parts.pin.name} in {self.parts.bush.name})" if self.parts else ""
+        return ", ".join(told) + parts + ("" if self.tension else ", no tension")
 
     def __hash__(self) -> int:
         return hash((self.law, *self.numbers.values(), self.tension))
