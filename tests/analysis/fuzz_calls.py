@@ -127,6 +127,7 @@ def fault(name, function, positional, given):
 OTHERS = (
     "figure",
     "summary",
+    "contact_data",
     "contact_stiffness",
     "fit",
     "animate",
