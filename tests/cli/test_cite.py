@@ -77,6 +77,15 @@ def test_a_mechanism_of_ones_own_cites_no_paper_for_itself(tmp_path):
     assert reasons == ["geometry of joints with play", "contact law kelvin_voigt"]
 
 
+def test_data_of_a_drawing_cite_where_they_come_from():
+    parts = {"pin": "steel", "bush": "bronze", "length": 0.012}
+    drawn = {"catalog": "slider_crank", "joints": {"B": {"fit": "H7/f7", "contact": parts}}}
+    found = {"iso286_2010", "johnson1985", "dubowsky_freudenstein1971", "liu2007", "persson2007"}
+    assert (
+        cited("response", drawn, turns=1) - cited("response", {"catalog": "slider_crank"}, turns=1) >= found
+    )
+
+
 def test_everything_there_is_has_its_references_and_these_exist():
     uses, references = cite.table("uses"), cite.table("references")
     rows = [*LAWS.values(), *FRICTIONS.values(), *KINDS.values(), *catalog.NAMES.values()]

@@ -87,6 +87,10 @@ def _of_a_linkage(mechanism: Mechanism) -> Iterator[tuple[str, Keys]]:
         yield f"geometry of {'guides' if joint.prismatic else 'joints'} with play", None
         yield "modes of contact", None
         yield f"contact law {contact}", LAWS[contact].references
+        if joint.fit:
+            yield "the clearance of a fit", None
+        if joint.data:
+            yield "contact data of a pin in its bush", None
         if friction:
             yield f"friction law {friction}", FRICTIONS[friction].references
 
