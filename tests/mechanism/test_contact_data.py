@@ -247,6 +247,20 @@ def test_what_follows_from_parts_follows_a_change():
     assert same == whole
 
 
+def test_numbers_alone_change_one_by_one():
+    """As on a page, whose sliders each move one number."""
+    drawn = linkage(contact=PARTS)
+    bar = {"bar": {"width": 0.03, "thickness": 0.004}, "material": "steel"}
+    rod = jp.Link(name="rod", length=0.12, shape=bar)
+    whole = jp.Mechanism(**dict(drawn) | {"links": (drawn.links[0], rod, drawn.links[2])})
+    alone = whole.numbers_alone()
+    assert (alone.link("rod").mass, alone.link("rod").inertia) == (rod.mass, rod.inertia)
+    assert alone.joint("B").numbers == whole.joint("B").numbers
+    wider = alone.replace(**{"joints.B.clearance": 5e-5, "links.rod.mass": 0.12})
+    assert wider.joint("B").contact == alone.joint("B").contact
+    assert wider.link("rod").inertia == rod.inertia
+
+
 def test_a_file_states_parts_as_a_drawing_does_also_of_the_catalog():
     text = """
         catalog = "slider_crank"

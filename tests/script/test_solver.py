@@ -165,6 +165,17 @@ def test_what_is_refused_is_told_in_words(tmp_path):
     assert found["rocker"] == 0.06
 
 
+def test_sliders_of_a_drawing_move_one_number_each():
+    """Stiffness follows the clearance by no form that a page could have: there it stays, as masses do."""
+    base = jp.catalog.slider_crank()
+    parts = {"pin": "steel", "bush": "bronze", "length": 0.012}
+    bar = {"bar": {"width": 0.03, "thickness": 0.004}, "material": "steel"}
+    drawn = base.replace(**{"joints.B.contact": parts})
+    rod = jp.Link(name="rod", length=0.12, shape=bar)
+    data = solver(jp.Mechanism(**dict(drawn) | {"links": (drawn.links[0], rod, drawn.links[2])})).data
+    assert {"clearance.B", "mass.rod", "inertia.rod"} <= {each["key"] for each in data["parameters"]}
+
+
 def test_lengths_end_where_the_crank_can_no_longer_turn():
     """Grashof: the crank is the shortest, and with the longest no longer than the other two together."""
     given = {each["key"]: each for each in solver(SCENES["C"]()).data["parameters"]}

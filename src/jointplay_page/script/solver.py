@@ -131,7 +131,8 @@ def solver(
         found = _numbers(other, request(other))
         return loops.followed(found, other, ideal(changed, initial)) if loops else found
 
-    data = _begun(model, request(model)) | followed(mechanism, numbers, bool(loops))
+    free = mechanism.numbers_alone() if isinstance(mechanism, Mechanism) else mechanism
+    data = _begun(model, request(model)) | followed(free, numbers, bool(loops))
     data |= {
         "quantities": [
             {"name": n, "label": k, "units": WORDS[n].units, "shown": n in names} for n, k in shown

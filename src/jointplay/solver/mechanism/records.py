@@ -209,6 +209,16 @@ class Mechanism(Record):
         single = one_by_one(changes, partial(value_of, self))
         return self.replace(**{key: as_counted(Changes, key, value) for key, value in single.items()})
 
+    def numbers_alone(self) -> Mechanism:
+        """Give the same mechanism without what its numbers follow from, so that each changes by itself.
+
+        Shapes of links, fits and parts of joints are left out; a joint without clearance keeps its parts.
+        """
+        links = tuple(link.model_copy(update={"shape": None}) for link in self.links)
+        return self.model_copy(
+            update={"links": links, "joints": tuple(joint.numbers_alone() for joint in self.joints)}
+        )
+
     def known_by(self, numbers: Mapping[str, float]) -> Mechanism:
         """Give the copy with other numbers, for a hash."""
         return self.varied(numbers)

@@ -195,6 +195,13 @@ class Joint(Record):
             del own["fit"]
         return own
 
+    def numbers_alone(self) -> Joint:
+        """Give the same joint without its fit, and without its parts where it has clearance."""
+        alone = {"fit": None}
+        if self.contact and not self.ideal:
+            alone["contact"] = self.contact.model_copy(update={"parts": None})
+        return self.model_copy(update=alone)
+
     @property
     def limits(self) -> Fit | None:
         """Its fit, with least and largest clearance; None where its clearance is given by hand."""
