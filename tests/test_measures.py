@@ -26,9 +26,9 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 39_456,
+    "code lines of the suite": 39_467,
     "code lines of its analyses": 12_585,
-    "code lines of all three packages": 44_749,
+    "code lines of all three packages": 44_760,
     "files of the suite": 397,
     "files with one reader": 92,
     "entries at the top of the suite": 10,

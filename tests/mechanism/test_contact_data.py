@@ -9,6 +9,7 @@ from scipy.integrate import quad, solve_ivp
 
 import jointplay as jp
 from docs import drawing
+from jointplay.analysis.keywords import doubts
 from jointplay.solver.mechanism.parts.contact_data import ContactData, PinInBush, damping_factor
 from jointplay.solver.mechanism.parts.materials import TABLE
 from jointplay.study.mechanism_table import build_mechanism
@@ -219,6 +220,19 @@ def test_what_is_given_beside_the_parts_wins():
     assert given.friction.coefficient == 0
     steep = joint(contact=PARTS | {"law": "hertz", "parameters": {"exponent": 1.5}})
     assert steep.contact.stiffness * steep.data.approach**1.5 == pytest.approx(steep.data.load)
+
+
+def test_a_stiffness_by_hand_that_no_such_pin_has_is_doubted():
+    def doubted(**contact):
+        return list(doubts(linkage(contact=PARTS | contact), None, None))
+
+    assert doubted() == doubted(stiffness=1e9) == doubted(law="kelvin_voigt", damping=9, stiffness=1e8) == []
+    assert doubted(law="liu") == []
+    for contact in ({"stiffness": 1e7}, {"law": "kelvin_voigt", "damping": 9.0, "stiffness": 1e6}):
+        (problem,) = doubted(**contact)
+        assert problem.key == "mechanism.joints[2].contact.stiffness"
+        told = "1.67e+10" if len(contact) == 1 else "5.757e+08"
+        assert f"pin and bush of B give {told}" in problem.expected
 
 
 def test_what_follows_from_parts_follows_a_change():

@@ -32,6 +32,7 @@ LEAD, BULK = 11340.0, 3  # kg/m³; lengths of a link in the edge of the largest 
 ASIDE, APART = 2.5, 100.0  # lengths from a link's middle to its mass centre: seldom more; never
 ROUNDABOUT = 5.0  # lengths: a radius of gyration is seldom more, and never APART
 UNLIKE, OFF = 0.3, 0.1  # of what a shape gives; of the length: a weighed link is seldom as far from its shape
+SOFT = 10.0  # times softer than the softest that pin and bush give, or stiffer than the stiffest: seldom
 STARRY = 1e6  # times as heavy as doubted: no matter is
 _MOMENTS = {"kg cm²": 1e-4, "kg mm²": 1e-6, "g cm²": 1e-7, "g mm²": 1e-9}  # in kg m²
 _LENGTHS = {"cm": 0.01, "mm": 1e-3}
@@ -96,7 +97,7 @@ def doubts(
         return
     yield from (_under(problem) for certain, problem in _links(mechanism) if not certain)
     yield from map(_under, (*_lengths(mechanism), *_turned(mechanism), *_wide(mechanism)))
-    yield from map(_under, (*_unlike_its_shape(mechanism), *_tight(mechanism)))
+    yield from map(_under, (*_unlike_its_shape(mechanism), *_unlike_its_parts(mechanism), *_tight(mechanism)))
     yield from map(_under, _fast(mechanism.drive))
     if isinstance(initial, Mapping):
         yield from _start(mechanism, initial, apart or {})
@@ -209,6 +210,19 @@ def _unlike_its_shape(mechanism: Any) -> Iterator[Problem]:
             ):
                 text = f"the shape of {link.name} gives {value:.4g}; the number given beside it is used"
                 yield Problem(f"links[{i}].{key}", given, text)
+
+
+def _unlike_its_parts(mechanism: Any) -> Iterator[Problem]:
+    """Stiffnesses given by hand that are far beyond what pin and bush can have."""
+    for i, joint in enumerate(mechanism.joints):
+        if joint.data is None or joint.contact.stiffness is None:
+            continue
+        value, low, high, *_ = joint.data.secant
+        told = joint.data.numbers(joint.contact.law, joint.contact.given)["stiffness"]
+        share = joint.contact.stiffness / told
+        if not low / value / SOFT <= share <= high / value * SOFT:
+            text = f"pin and bush of {joint.name} give {told:.4g}; the number given beside them is used"
+            yield Problem(f"joints[{i}].contact.stiffness", joint.contact.stiffness, text)
 
 
 def _meant(given: float, units: Mapping[str, float], least: float, most: float) -> str:
