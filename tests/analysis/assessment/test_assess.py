@@ -6,16 +6,16 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.assessment.edges import HOW, Search, edges
 from jointplay.analysis.assessment.forces import forces
-from jointplay.analysis.assessment.settled import CHANGES, Settled, plan
+from jointplay.analysis.assessment.settled import CHANGES, Settled, plan, present
 from jointplay.display.errors import InputError
 
 LOOSE = jp.catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
 BRIEF = plan(60, 40, 60, 1e-7, None)
 
 
-def one_side(mechanism, key, side, reach, step=0.03, how=BRIEF):
+def one_side(mechanism, key, side, reach, step=0.0025, how=BRIEF):
     """What is found on one side, by change: edge, error, low, high and how."""
-    found = edges(mechanism, key, side, None, Search(reach, step, 2e-3), how)
+    found = edges(present(mechanism, None, how), key, side, Search(reach, step, 2e-3), how)
     assert found["status"] == 0
     rows = (found[name] for name in ("edge", "error", "low", "high", "how"))
     return {name: row for name, *row in zip(CHANGES, *rows, strict=True)}, found["limit"]
@@ -108,7 +108,7 @@ def test_a_chaotic_motion_stays_so_as_it_is_carried_on():
 
 
 def test_forces_and_losses_are_those_of_other_runs():
-    found = forces(LOOSE, None, 4, BRIEF)
+    found = forces(present(LOOSE, None, BRIEF), 4, BRIEF)
     names = found["names"]
     taken = float(found["impact_loss"][0] + found["friction_loss"][0])
     error = float(np.hypot(found["impact_loss_error"][0], found["friction_loss_error"][0]))

@@ -1,11 +1,11 @@
 """Edges of assessments against dense sweeps at rtol 1e-8: each lies between neighbouring cells that differ.
 
-A sweep carries the motion from the present value outward over values that the assessment looked at, 1 %
-apart, across each edge in steps a tenth as long, and over both ends of its bracket. The cells next to the
-edge on both sides, outside its error, must differ in the trait. No cell before the edge may differ from the
-present one, nor any where no edge was met; in chaos, and where the page tells of narrow windows, no value
-looked at. Where the trait is said to be as at present again, it has to be. Where a motion without a period
-loses contact now and then, some cell beside the edge has to.
+A sweep carries the motion from the present value outward over values 1 % apart, across each edge in steps a
+tenth as long, and over both ends of its bracket. The cells next to the edge on both sides, outside its error,
+must differ in the trait. No cell before the edge may differ from the present one, nor any where no edge was
+met; in chaos, beyond the end of period 1, and where the page tells of narrow windows, no value looked at. Where the trait is said to be as
+at present again, it has to be. Where a motion without a period loses contact now and then, some cell beside the
+edge has to.
 
 A cell that repeats over 60 turns with the expected traits has settled. The others, and those that confirm an
 edge, are followed 440 turns more from where they stand, and their exponent is measured. What has not settled
@@ -22,9 +22,8 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.assessment.assess import ACCURACY, REACH
-from jointplay.analysis.assessment.edges import CHAOTIC, HOW, Search
-from jointplay.analysis.assessment.edges import LONG as LONG_STEPS
+from jointplay.analysis.assessment.assess import REACH
+from jointplay.analysis.assessment.edges import HOW
 from jointplay.analysis.assessment.page import widths
 from jointplay.analysis.assessment.settled import CHANGES
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
@@ -86,24 +85,15 @@ UNSHOWN = {  # by what no page shows: the linkage, what is varied, and how far
 }
 SECTION, RTOL = jp.CrankAngle(), 1e-8
 SHORT, LONG, LASTING = 100, 440, 6000  # turns before a cell is looked at, and before it is looked at again
-FAR = {"below": "low", "above": "high"}  # end of a bracket
 STARTS = 8  # chaotic motions from which it is tried again where chaos has died out
 STEP, FINE, CELLS = 0.01, 0.1, 5  # relative step; of it the fine ones; their number on each side of an edge
 
 
-def looked_at(reach, step, limit, left):
-    """Ratios to the present value at which motions were looked at, in longer steps once period 1 was left."""
-    way = 1 if limit > 1 else -1
-    grid = np.append(1.0, Search(reach, step, ACCURACY).values(1.0, way))
-    grid = grid[way * np.log(grid / limit) < 1e-9]
-    first = [*np.flatnonzero(way * np.log(grid / left) > -1e-9)[:1], len(grid) - 1][0]
-    return grid[np.unique([*range(first), *range(first, len(grid), LONG_STEPS), len(grid) - 1])]
-
-
-def outward(looked, edges, others):
+def outward(looked, edges, others, even):
     """Ratios from 1 to the last value looked at, and which of them are values looked at.
 
-    Of these about one in 1 %, and all beside an edge, which lies in the middle of a fine step.
+    They are 1 % apart where `even`, else values looked at, about one in 1 %; and all beside an edge, which
+    lies in the middle of a fine step.
     """
     way = 1 if looked[-1] > 1 else -1
     fine = (1 + FINE * STEP) ** (np.arange(2 * CELLS) + 0.5 - CELLS)
@@ -112,6 +102,8 @@ def outward(looked, edges, others):
         beside = np.abs(np.log(ratio / edges)) < CELLS * FINE * STEP
         if not last or abs(np.log(ratio / last)) > 0.9 * STEP or beside.any():
             coarse.append(last := ratio)
+    if even:
+        coarse += [*np.geomspace(1.0, looked[-1], round(abs(np.log(looked[-1])) / STEP) + 2)[:-1]]
     ratios = np.concatenate([coarse, others, *(edge * fine for edge in edges)])
     inside = (way * np.log(ratios) >= 0) & (way * np.log(ratios / looked[-1]) < 1e-9)
     ratios = np.unique(ratios[inside])[::way]
@@ -210,17 +202,19 @@ def disagreements(mechanism, found, key, side, reach):
     edges, backs = here["edge_ratio"].values, here["return_ratio"].values
     irregular = np.array([HOW[how] == "irregular" for how in here["found_by"].values])
     ends = np.concatenate([here["bracket_low"].values, here["bracket_high"].values, backs])
-    step = float(found["step"]) * (1 if found["period"] else CHAOTIC)
-    left = float(here[f"bracket_{FAR[side]}"].sel(change="doubling")) if found["period"] else np.nan
-    looked = looked_at(reach, step, float(here["limit_ratio"]), left)
-    ratios, looked = outward(looked, edges[np.isfinite(edges)], ends[np.isfinite(ends)])
+    looked = here["looked_ratio"].values[np.isfinite(here["looked_ratio"].values)]
+    looked = np.append(1.0, looked)
+    told = present[-1] or np.isfinite(widths(here)).any()  # of windows between the values looked at
+    ratios, looked = outward(looked, edges[np.isfinite(edges)], ends[np.isfinite(ends)], not told)
     cells, judged = by_change(ratios, here)
     windows = here[["window_low", "window_high"]].to_array().values.T  # told of: no motion there is judged
     assert not np.any(windows[:, 1] / windows[:, 0] > 1 + float(found["lasting_share"]) + 1e-9)
     judged &= ~np.any([(low <= ratios) & (ratios <= high) for low, high in windows] + [ratios < 0], 0)[
         :, None
     ]
-    judged &= ~irregular & (looked[:, None] | ~(present[-1] | np.isfinite(widths(here)).any()))
+    judged &= ~irregular & (looked[:, None] | ~told)
+    left = abs(np.log(edges[CHANGES.index("doubling")]))  # beyond it single values are looked at
+    judged &= looked[:, None] | ~(np.abs(np.log(ratios)) > left)[:, None]
     again = [np.flatnonzero(ratios == back) for back in backs]
     needed = [np.concatenate(each) for each in zip(cells, again, strict=True)]
     last = max([*np.flatnonzero(judged.any(axis=1)), *np.concatenate(needed)], default=0) + 1
@@ -254,7 +248,7 @@ def test_so_do_edges_of_linkages_that_no_page_shows(name):
 
 def agrees_with_sweeps(mechanism, reach=REACH, **keywords):
     """Check every edge that is told, and that there is one."""
-    found = jp.assess(mechanism, reach=reach, **keywords)
+    found = jp.assess(mechanism, reach=reach, budget=1e6, **keywords)
     assert int(found["status"]) == 0
     assert np.all(found["side_status"] == 0)
     assert np.isfinite(found["edge_ratio"]).any()

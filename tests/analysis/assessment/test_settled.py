@@ -9,8 +9,8 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.assessment import edges as edges_module
 from jointplay.analysis.assessment import settled as settled_module
-from jointplay.analysis.assessment.assess import assembled
-from jointplay.analysis.assessment.forces import _mean, _peaks, forces
+from jointplay.analysis.assessment.assess import assembled, assessed
+from jointplay.analysis.assessment.forces import _mean, _peaks
 from jointplay.analysis.assessment.settled import (
     CHANGES,
     LASTING,
@@ -84,30 +84,33 @@ def test_beside_a_chaotic_motion_each_is_watched_for_whether_its_chaos_lasts(mon
     """Chaos all along, as it seems; from 1.2 times the present value on it dies out before long."""
     begun, met = motion(0, CHAOTIC), []
 
-    def towards(walk, value, last):
+    def at(carried, value, before):
         met.append(motion(0, CHAOTIC))
         places[met[-1]] = value
-        yield value, met[-1]
+        return met[-1]
 
     places = {begun: 1.0}
     ends = {"lasting": lambda each, *_: motion(1) if places.get(each, 1.0) >= 1.2 else each}
-    ends |= {"settled": lambda *_: begun, "Parameter": lambda *_: SimpleNamespace(value=1.0)}
-    ends["_located"] = lambda walk, name, trail, place, *_: (place[0], 0.0, 0.0, 0.0, np.nan, 1)
+    ends |= {"Parameter": lambda *_: SimpleNamespace(value=1.0)}
+    ends["_halved"] = lambda side, carried, name, last, spot, _: side.change(
+        name, spot[0], spot[0], "bracketed"
+    )
     for name, each in ends.items():
         monkeypatch.setattr(edges_module, name, each)
-    monkeypatch.setattr(edges_module.Walk, "towards", towards)
-    monkeypatch.setattr(edges_module.Walk, "stretch", lambda *_: None)
-    found = edges_module.edges(None, "clearance", "above", None, edges_module.Search(2.0, 0.01, 1e-3), HOW)
+    monkeypatch.setattr(edges_module.Carried, "at", at)
+    monkeypatch.setattr(edges_module.Carried, "stretch", lambda *_: None)
+    found = edges_module.edges(begun, "clearance", "above", edges_module.Search(2.0, 0.01, 1e-3), HOW)
     edge = dict(zip(CHANGES, found["edge"], strict=True))["chaos"]
     assert edge == places[next(each for each in met if places[each] >= 1.2)]
 
 
-def test_forces_of_what_is_not_followed_to_its_end_are_a_status_and_a_word(monkeypatch):
-    monkeypatch.setattr(settled_module, "settle", lambda *_: {"status": 2})
-    found = forces(None, None, 1, HOW)
-    assert found == {"status": 2, "trouble": "step_limit"}
-    table = assembled(jp.catalog.chunmei2002(), ["gear_ratio"], 4 * [found])
+def test_forces_of_what_is_not_followed_to_its_end_are_a_status_and_a_word():
+    linkage = jp.catalog.chunmei2002(clearance=2.9e-5)
+    found = assessed(linkage, None, 1, replace(HOW, max_steps=5))
+    assert {name: found[name] for name in ("status", "trouble")} == {"status": 2, "trouble": "step_limit"}
+    table = assembled(linkage, ["gear_ratio"], found, found, found, [found], 2 * [found])
     assert table["peak_force"].isnull().all()
+    assert str(jp.words(table)["grade"].values) == "unknown"
     assert table["turn_share"].values == pytest.approx(
         np.arange(table.sizes["turn_share"]) * table["turn_share"][1].item()
     )

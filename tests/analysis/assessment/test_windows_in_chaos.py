@@ -8,7 +8,7 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.assessment import edges as edges_module
 from jointplay.analysis.assessment.edges import HOW, Search, edges
-from jointplay.analysis.assessment.settled import CHANGES, Settled, plan
+from jointplay.analysis.assessment.settled import CHANGES, Settled, plan, present
 from jointplay.analysis.starts import End
 
 KEY, PRESENT = "joints.B.clearance", 1e-4
@@ -23,6 +23,7 @@ def scene(monkeypatch, windows, end):
     """
 
     def motion(mechanism, *_):
+        """The settled motion of a clearance."""
         value = mechanism.joint("B").clearance
         period = next((period for low, high, period in windows if low <= value <= high), 0)
         period = 1 if value < end else period
@@ -31,19 +32,17 @@ def scene(monkeypatch, windows, end):
         values |= {"period": ((), period), "contact_fraction": (("joint",), [0.9])}
         return Settled(mechanism, End((), np.zeros(0), 0.0), values)
 
-    for name in ("settled", "followed"):
-        monkeypatch.setattr(edges_module, name, motion)
+    monkeypatch.setattr(edges_module, "settled", motion)
     monkeypatch.setattr(edges_module, "lasting", lambda motion, *_: motion)
-    monkeypatch.setattr(edges_module.Walk, "orbit", lambda *_: {"stable": 0})
-    monkeypatch.setattr(edges_module, "_special", lambda *_: None)
+    return motion(LOOSE)
 
 
 def values(reach=1.3, step=0.0025):
     return Search(reach, 10 * step, 0.0025).values(PRESENT, -1)
 
 
-def found(reach=1.3, **more):
-    answer = edges(LOOSE, KEY, "below", None, replace(Search(reach, 0.0025, 1e-3), **more), BRIEF)
+def found(here, reach=1.3, **more):
+    answer = edges(here, KEY, "below", replace(Search(reach, 0.0025, 1e-3), **more), BRIEF)
     assert answer["status"] == 0, answer["trouble"]
     return answer
 
@@ -51,10 +50,10 @@ def found(reach=1.3, **more):
 def test_a_pinprick_window_is_no_end_of_chaos(monkeypatch):
     """20 nm wide, about the third value that is looked at; chaos goes on to the last one."""
     at = values()[2]
-    scene(monkeypatch, [(at - 6e-9, at + 14e-9, 6)], 0.0)
-    answer = found()
+    here = scene(monkeypatch, [(at - 6e-9, at + 14e-9, 6)], 0.0)
+    answer = found(here)
     assert np.isnan(answer["edge"]).all()
-    assert answer["looked"] == len(values())
+    assert len(answer["looked"]) == len(values())
     ((low, high, period),) = answer["windows"]
     assert (low, high) == pytest.approx((at - 6e-9, at + 14e-9), abs=4e-9)
     assert period == 6
@@ -63,8 +62,8 @@ def test_a_pinprick_window_is_no_end_of_chaos(monkeypatch):
 def test_an_end_that_lasts_is_an_end_though_a_window_comes_first(monkeypatch):
     at = values()[2]
     end = values()[5] * 1.005
-    scene(monkeypatch, [(at - 6e-9, at + 14e-9, 6), (end * 1.005, end * 1.007, 3)], end)
-    answer = found()
+    here = scene(monkeypatch, [(at - 6e-9, at + 14e-9, 6), (end * 1.005, end * 1.007, 3)], end)
+    answer = found(here)
     edge, how = answer["edge"][CHANGES.index("chaos")], answer["how"][CHANGES.index("chaos")]
     assert edge == pytest.approx(end, rel=0.003)
     assert HOW[int(how)] == "bracketed"
@@ -85,8 +84,8 @@ def test_an_end_that_lasts_is_an_end_though_a_window_comes_first(monkeypatch):
 def test_how_long_an_end_lasts_is_a_setting(monkeypatch, low, high, share, windows):
     """From where chaos ends to where it is back, wherever between the motion was looked at."""
     at = values()[2]
-    scene(monkeypatch, [(at * low, at * high, 2)], 0.0)
-    answer = found(lasting=share)
+    here = scene(monkeypatch, [(at * low, at * high, 2)], 0.0)
+    answer = found(here, lasting=share)
     assert len(answer["windows"]) == windows
     edge = answer["edge"][CHANGES.index("chaos")]
     assert np.isnan(edge) if windows else edge == pytest.approx(at * high, rel=0.003)
@@ -95,8 +94,8 @@ def test_how_long_an_end_lasts_is_a_setting(monkeypatch, low, high, share, windo
 def test_beyond_the_end_of_chaos_each_change_is_an_edge(monkeypatch):
     """Period 1 that doubles again soon beyond the end of chaos has been reached there all the same."""
     at = values()[2]
-    scene(monkeypatch, [(at * 0.995, at * 1.01, 1), (at * 0.8, at * 0.995, 2)], 0.0)
-    answer = found()
+    here = scene(monkeypatch, [(at * 0.995, at * 1.01, 1), (at * 0.8, at * 0.995, 2)], 0.0)
+    answer = found(here)
     for name in ("doubling", "chaos"):
         assert answer["edge"][CHANGES.index(name)] == pytest.approx(at * 1.01, rel=0.003)
     assert values()[3] <= answer["back"][CHANGES.index("doubling")] < at * 0.995
@@ -111,7 +110,7 @@ def test_the_windows_of_a_slider_crank_are_not_the_end_of_its_chaos():
         crank=0.05, rod=0.15, mass=mass, clearance={"B": 1e-4}, speed=20.0, gravity=9.8
     )
     how, search = plan(100, 32, 200, 1e-7, None), Search(1.12, 0.0025, 1e-3)
-    answer = edges(gear, KEY, "below", None, search, how)
+    answer = edges(present(gear, None, how), KEY, "below", search, how)
     assert np.isnan(answer["edge"]).all()
     ((low, high, period),) = answer["windows"]
     assert 0 < high - low < 0.01 * PRESENT

@@ -7,6 +7,7 @@ import xarray as xr
 
 import jointplay as jp
 from jointplay.analysis.assessment.assess import OUTPUTS, assembled
+from jointplay.analysis.assessment.curves import VALUES, ratios
 from jointplay.analysis.assessment.edges import HOW
 from jointplay.analysis.assessment.forces import SHOWN
 from jointplay.analysis.labels import ended
@@ -38,12 +39,14 @@ LOOSE = {
 
 
 def side(limit, edges=(NAN, NAN, NAN), how=("not_met",) * 3, status=0, back=(NAN, NAN, NAN), windows=()):
-    """Answer of a side; brackets are 1 % on both sides of their edges."""
+    """Answer of a side; brackets are 1 % on both sides of edges. Beyond half the values period 2 is met."""
     edge = np.array(edges)
     codes = np.array([HOW.index(each) for each in how], dtype=float)
     found = {"edge": edge, "error": 1e-3 * edge, "low": 0.99 * edge, "high": 1.01 * edge, "how": codes}
-    found |= {"back": np.array(back), "windows": windows}
-    return {"status": status, "trouble": "", "limit": limit, "looked": 50} | found
+    begin = 2e-4 if limit < 0.1 else 3.0
+    found |= {"back": np.array(back), "windows": windows, "looked": np.geomspace(begin, limit, 51)[1:]}
+    found |= {"traits": np.tile([True, False, False], (50, 1)), "periods": np.repeat([1, 2], 25)}
+    return {"status": status, "trouble": "", "limit": limit} | found
 
 
 SIDES = (
@@ -52,12 +55,51 @@ SIDES = (
     side(1.5, windows=((2.5, 2.4995, 6), (2.0, 1.9998, 1))),
     side(6.0, (5.0, 4.0, 4.5), ("bracketed", "fold", "bracketed"), back=(NAN, NAN, 5.5)),
 )
+NAMES = ["B", "O", "A", "C"]
+
+
+def hung(count):
+    """Answer of the variants: the force is 20 N, and 2 N more of each; contact is lost from the third on."""
+    each = np.arange(count)
+    peak = 20.0 + 2 * each[:, None] + np.array([0.0, 0.0, 0.0, 0.0])
+    texts = {
+        "quantity": np.full(count, "x"),
+        "change": np.full(count, "x"),
+        "statuses": np.zeros(count, dtype=int),
+    }
+    numbers = {"period": np.ones(count), "lost": each > 1, "peak": peak}
+    numbers |= {"separations": 1.0 * (each > 1)[:, None], "impact_speed": 0.02 * (each > 1)[:, None]}
+    return {"status": 0, "trouble": "", "names": NAMES} | texts | numbers
+
+
+def curved(key, far=NAN):
+    """Answer of a curve: the force over ideal ones is 1 below the present value, and its ratio above."""
+    ratio = ratios(key)
+    peak = np.maximum(ratio, 1.0)[:, None] * np.array([12.0, 10.0, 11.0, 13.0])
+    values = {
+        "names": NAMES,
+        "ratio": ratio,
+        "peak": peak,
+        "ideal": np.tile([12.0, 10.0, 11.0, 13.0], (VALUES, 1)),
+    }
+    lost = ratio > 1.2
+    values |= {
+        "lost": lost,
+        "grade": 2.0 * lost,
+        "period": np.ones(VALUES),
+        "statuses": np.zeros(VALUES, dtype=int),
+    }
+    values |= {"impact_speed": 0.05 * lost[:, None]}
+    before, after = [1 / far, 1, 20.0, 1.6, 0.05], [far, 3, 30.0, 3.1, 0.12]
+    never = [ratio[0], 1, NAN, NAN, NAN], [NAN] * 5
+    return {"status": 0, "trouble": ""} | values | {"change": np.array([never, [before, after]])}
 
 
 def assessment(now=None, **changes) -> xr.Dataset:
     """Joint B with a clearance of 0.2 mm; the present motion's answer, or `changes` of it."""
     mechanism = jp.catalog.chunmei2002(clearance=2e-4, gear_ratio=3.0)
-    now = now or motion(["B", "O", "A", "C"], 2.0, **(LOOSE | changes))
-    made = assembled(mechanism, KEYS, [now, motion(["O", "A", "B", "C"]), *SIDES])
+    now = now or motion(NAMES, 2.0, **({"motion": {"radius": 0.5}} | LOOSE | changes))
+    over = [curved(KEYS[0], 1.4), curved(KEYS[1], 2.0)]
+    made = assembled(mechanism, KEYS, now, motion(["O", "A", "B", "C"]), hung(6), over, SIDES)
     told = {"step": 0.01, "lasting_turns": 400, "lasting_share": 0.01} | ended(int(now["status"]), 0.0)
     return made.assign(OUTPUTS.variables_of(told)[0])

@@ -1,26 +1,32 @@
-"""The assessment of a linkage with clearance: loads of its joints, and distances to other motions.
+"""The assessment of a linkage with clearance: how hard it is worked, what that hangs on, what changes it.
 
-The present motion's forces are held against those of the same linkage with ideal joints (`forces`); from its
-present value outward, each clearance and the drive's speed is followed to where contact is first lost or
+The *present* motion is found first, as an orbit where it has one (`settled`). Its forces are held against
+those of the same linkage with ideal joints (`forces`), and both give its grade (`grades`). The same motion
+with other contact data says what the answer hangs on (`contact_data`). Over each clearance and the drive's
+speed follow largest forces and impact speeds (`curves`), and the values at which contact is first lost or
 kept, the motion first leaves or reaches period 1, and chaos begins or ends (`edges`).
 Validity: of the one motion that is followed, from the start given; where others coexist, each has its own.
 """
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import Field
 
 from jointplay.analysis import rules
+from jointplay.analysis.assessment.contact_data import hangs_on, variants
+from jointplay.analysis.assessment.curves import END, VALUES, curve, ratios
 from jointplay.analysis.assessment.edges import HOW, SIDES, Search, edges
 from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN, WORK, forces
+from jointplay.analysis.assessment.grades import GRADES, UNKNOWN, grade
 from jointplay.analysis.assessment.page import answer, page
-from jointplay.analysis.assessment.settled import CHANGES, LASTING, plan
-from jointplay.analysis.cells import first_bad, handed_out, warm
+from jointplay.analysis.assessment.settled import CHANGES, LASTING, Settled, Unsettled, plan, present
+from jointplay.analysis.cells import first_bad, growing, handed_out, warm
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import Moving, Names, Settling, Small, analysis
@@ -29,10 +35,11 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import placed
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.display.errors import NOTHING, InputError, Problem
-from jointplay.solver.mechanism.base import Natural, Number, is_number, unit
+from jointplay.solver.mechanism.base import Natural, Number, Positive, is_number, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.motion.progress import part
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,9 +47,15 @@ if TYPE_CHECKING:
 TURNS, LYAPUNOV_TURNS, RTOL = 20, 200, 1e-7
 REACH, STEP, ACCURACY, LASTS = 2.0, 0.0025, 1e-3, 0.01
 LOOKED_AT = 32  # turns in which a settled motion must repeat
-
-
+BUDGET = 90.0  # s
+NOT_RUN = STATUS.index("not_run")
+SHARES = (0.0, 0.1, 0.2, 0.5, 1.0)  # of the work: the present motion, contact data, curves, edges
+HOUR = 3600.0
 OVER = ("parameter", "side", "change")
+CHANGED = (*OVER[:2], "place")
+PLACES = ("before", "after")
+GRADED = (*GRADES, UNKNOWN)
+TOLD = ("no", "yes", UNKNOWN)
 LOSSES = {
     "impact_loss": "energy lost by normal contact per turn",
     "friction_loss": "energy lost by friction per turn",
@@ -64,6 +77,7 @@ OUTPUTS = Outputs(
         "parameter": Out("parameter", "what is varied", ""),
         "side": Out("side", "side of the present value", ""),
         "change": Out("change", "what changes", ""),
+        "place": Out("place", "place, before or after a change of the grade", ""),
     },
     {
         "peak_force": Out("joint", "largest joint force", "N"),
@@ -74,12 +88,23 @@ OUTPUTS = Outputs(
         "joint_force": Out(("turn_share", "joint"), "joint force", "N"),
         "ideal_joint_force": Out(("turn_share", "joint"), "joint force, ideal mechanism", "N"),
         "clearance": Out("joint", "radial clearance", "m"),
+        "contact_data": Out("joint", "contact law with its numbers, and friction", ""),
+        "friction_coefficient": Out("joint", "coefficient of friction of a joint with clearance"),
     }
     | CONTACTS
     | {
+        "sliding_work_per_hour": Out("joint", "normal force times sliding distance per hour", "J"),
+        "contact_pressure": Out(
+            "joint",
+            "largest force over the bearing's projected area",
+            "Pa",
+            "where a bearing's length is given",
+        ),
+        "grade": Out((), "grade of the present motion", flags=GRADED, missing=UNKNOWN),
         "period": Out((), "period in turns, 0 for none"),
         "section_exponent_per_turn": Out((), "largest exponent of the section's map, per turn"),
         "section_standard_error_per_turn": Out((), "its standard error"),
+        "largest_multiplier": Out((), "largest modulus of the orbit's multipliers, per period"),
         "crank_speed": Out((), "mean speed of the crank", "rad s-1"),
         "drive_work": Out((), "work of the drive in a turn", "J"),
         "joint_work": Out((), "work taken in by the contacts in a turn", "J"),
@@ -106,9 +131,50 @@ OUTPUTS = Outputs(
         "parameter_name": Out("parameter", "the parameter"),
         "limit_ratio": Out(OVER[:2], "last value looked at, over the present one"),
         "values_looked_at": Out(OVER[:2], "values looked at, in even steps of the logarithm"),
+        "looked_ratio": Out((*OVER[:2], "looked"), "value looked at, over the present one"),
+        "looked_period": Out((*OVER[:2], "looked"), "period of its motion in turns, 0 for none"),
+        **{
+            f"looked_{name}": Out((*OVER[:2], "looked"), text, flags=TOLD, missing=UNKNOWN)
+            for name, text in (
+                ("contact_loss", "whether contact is lost there"),
+                ("chaos", "whether it is chaotic"),
+            )
+        },
         "window_low": Out((*OVER[:2], "window"), "lower end of a window in chaos, over the present value"),
         "window_high": Out((*OVER[:2], "window"), "its upper end"),
         "window_period": Out((*OVER[:2], "window"), "period of the motion in the window, turns; 0 for none"),
+        "variant_quantity": Out("variant", "contact data that is changed", ""),
+        "variant_change": Out("variant", "how it is changed", ""),
+        "variant_peak_force": Out(("variant", "joint"), "largest joint force with other contact data", "N"),
+        "variant_separations": Out(("variant", "joint"), "separations in a turn with other contact data"),
+        "variant_impact_speed": Out(
+            ("variant", "joint"),
+            "largest normal speed with which contact begins, with other contact data",
+            "m s-1",
+        ),
+        "variant_period": Out("variant", "period with other contact data in turns, 0 for none seen"),
+        "variant_grade": Out("variant", "grade with other contact data", flags=GRADED, missing=UNKNOWN),
+        "variant_status": Out("variant", "how the run with other contact data ended", flags=STATUS),
+        "curve_ratio": Out(("parameter", "value"), "value of the parameter over the present one"),
+        "curve_peak_force": Out(("parameter", "value", "joint"), "largest joint force there", "N"),
+        "curve_ideal_peak_force": Out(
+            ("parameter", "value", "joint"), "largest joint force of the ideal mechanism there", "N"
+        ),
+        "curve_impact_speed": Out(
+            ("parameter", "value", "joint"), "largest normal speed with which contact begins there", "m s-1"
+        ),
+        "curve_period": Out(("parameter", "value"), "period there in turns, 0 for none seen"),
+        "curve_grade": Out(("parameter", "value"), "grade there", flags=GRADED, missing=UNKNOWN),
+        "curve_status": Out(("parameter", "value"), "how the run there ended", flags=STATUS),
+        "grade_change_ratio": Out(
+            CHANGED, "last value with the present grade and first with another one, over the present value"
+        ),
+        "grade_change_grade": Out(CHANGED, "grade there", flags=GRADED, missing=UNKNOWN),
+        "grade_change_force": Out(CHANGED, "largest force there, of the joint with the largest ratio", "N"),
+        "grade_change_force_ratio": Out(CHANGED, "its ratio to the ideal mechanism's"),
+        "grade_change_impact_speed": Out(
+            CHANGED, "largest normal speed with which contact begins there", "m s-1"
+        ),
         "found_by": Out(OVER, "how it was found", flags=HOW),
         "side_status": Out(OVER[:2], "why no further values were looked at", flags=STATUS),
         "preparation": Out((), "time to compile or load functions", "s"),
@@ -153,6 +219,7 @@ def _along_fits(mechanism: Mechanism | TestSystem, along: Sequence[str] | None) 
             )
 
 
+@growing
 @analysis(_assessable, _along_fits, "model", rules.turns_alike, usual={"rtol": RTOL}, outputs=OUTPUTS)
 def assess(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
@@ -165,10 +232,11 @@ def assess(  # noqa: D417 (nobody gives it the model)
     lasting: Annotated[Small, unit("relative width", "1")] = LASTS,
     turns: Annotated[Natural, Field(ge=2)] = TURNS,
     lyapunov_turns: Natural = LYAPUNOV_TURNS,
+    budget: Annotated[Positive, unit("duration", "s")] = BUDGET,
     n_jobs: Natural | None = None,
     **motion: Unpack[Settling],
 ) -> xr.Dataset:
-    """Assess a linkage with clearance: forces, losses, and distances to other motions.
+    """Assess a linkage with clearance: how hard it is worked, what that hangs on, and what changes it.
 
     Parameters
     ----------
@@ -180,17 +248,22 @@ def assess(  # noqa: D417 (nobody gives it the model)
     reach : float
         Each is followed from its present value down to this fraction, and up to this multiple, of it.
     step : float
-        Relative distance of the values looked at first; ten times that where the present motion is chaotic,
-        twice that beyond the end of period 1. What begins and ends within it may be missed.
+        Relative distance of the values looked at where contact is lost or nearly so; up to 16 times that
+        where the orbit is far from any change, ten times where the present motion is chaotic. What begins and
+        ends within it may be missed.
     accuracy : float
-        Relative distance of the two values that enclose a change in the end; in chaos not below `step`.
+        Relative distance of two settled motions that enclose a change in the end, where no orbit does; in
+        chaos not below `step`.
     lasting : float
         Share of the parameter over which a change of a chaotic motion has to last. One that does not is a
         window in chaos.
     turns : int
-        Turns over which forces are recorded.
+        Turns over which forces are recorded, of a motion that does not repeat.
     lyapunov_turns : int
         Turns over which the present motion's exponent is averaged; 0.3 of them at other values.
+    budget : float
+        Time of the processors after which nothing further is begun, s. What was not reached has the status
+        ``not_run``.
     n_jobs : int, optional
         Worker processes, 2 if left out.
 
@@ -207,28 +280,99 @@ def assess(  # noqa: D417 (nobody gives it the model)
     warm_tangents(model)
     ready = time.perf_counter()
     keys = parameters_of(mechanism) if along is None else along
-    work = {"mechanism": mechanism, "start": initial, "turns": turns}
-    sides = {"mechanism": mechanism, "start": initial, "search": Search(reach, step, accuracy, lasting)}
-    cells = [work, work | {"mechanism": ideal, "start": None}]
-    cells += [sides | {"key": key, "side": side} for key in keys for side in SIDES]
-    answers = handed_out(answered, [each | {"how": how} for each in cells], motion["progress"], n_jobs)
+    possible = 3 + 3 * len(keys)
+    rounds = Rounds(budget, motion["progress"], n_jobs, possible)
+    first = {"start": initial, "turns": turns, "how": how}
+    now, like = rounds.answers(assessed, [first | {"mechanism": each} for each in (mechanism, ideal)])
+    shared = {"mechanism": mechanism, "how": how, "motion": now.get("motion")}
+    search = Search(reach, step, accuracy, lasting)
+    (other,) = rounds.answers(hung, [shared | {"turns": turns}], now)
+    over = rounds.answers(
+        curved, [shared | {"key": key, "start": initial, "turns": turns} for key in keys], now
+    )
+    cells = [shared | {"key": key, "side": side, "search": search} for key in keys for side in SIDES]
+    sides = rounds.answers(sided, cells, now)
     told = {"preparation": ready - began, "step": step, "lasting_share": lasting, "lasting_turns": lasted}
-    told |= ended(status_of(answers), began)
-    return assembled(mechanism, keys, answers).assign(OUTPUTS.variables_of(told)[0])
+    told |= ended(first_bad([now, like]), began)
+    made = assembled(mechanism, keys, now, like, other, over, sides)
+    return made.assign(OUTPUTS.variables_of(told)[0])
 
 
-def status_of(answers: Sequence[Answer]) -> int:
-    """The present motion's status, else the ideal one's; sides have their own."""
-    return first_bad(answers[:2])
+class Rounds:
+    """Rounds of cells, each of which needs answers of the one before, as long as the budget lasts."""
+
+    def __init__(
+        self, budget: float, progress: Callable[[float], None] | None, n_jobs: int | None, possible: int
+    ):
+        self.began, self.budget, self.spent = time.time(), budget, 0.0
+        self.progress, self.n_jobs, self.possible, self.done, self.number = progress, n_jobs, possible, 0, 0
+
+    def answers(
+        self, function: Callable[..., Answer], cells: Sequence[dict[str, Any]], needed: Answer | None = None
+    ) -> list[Answer]:
+        """Answers of a round; status ``not_run`` where the budget is used up, or what is needed failed."""
+        tell = part(self.progress, *SHARES[self.number : self.number + 2])
+        self.number += 1
+        before, self.done = self.done, self.done + len(cells)
+        if self.spent >= self.budget or (needed is not None and needed["status"]):
+            return [{"status": NOT_RUN} for _ in cells]
+        given = handed_out(function, cells, tell, self.n_jobs, before=before, possible=self.possible)
+        fresh = [each for each in given if each.get("at", 0.0) >= self.began]  # others are of an earlier run
+        self.spent += sum(each["cpu"] for each in fresh)
+        return given
 
 
-def assembled(mechanism: Mechanism, keys: Sequence[str], answers: Sequence[Answer]) -> xr.Dataset:
-    """Make the dataset: of the present motion, of the ideal one, and of each parameter's sides."""
-    now, ideal, *sides = answers
+def _timed(function: Callable[..., Answer], *values: Any) -> Answer:
+    """The answer of a function, with its time of the processor and the time of its end, s."""
+    began = time.process_time()
+    try:
+        found = {"status": 0, "trouble": ""} | function(*values)
+    except Unsettled as error:
+        found = {"status": error.status, "trouble": str(error)}
+    return found | {"cpu": time.process_time() - began, "at": time.time()}
+
+
+def assessed(mechanism: Mechanism, start: Any, turns: int, how: Any) -> Answer:
+    """Answer of a cell: the motion that a mechanism settles to, and its forces."""
+
+    def found() -> Answer:
+        motion = present(mechanism, start, how)
+        return forces(motion, turns, how) | {"motion": motion.plain()}
+
+    return _timed(found)
+
+
+def hung(mechanism: Mechanism, motion: Answer, turns: int, how: Any) -> Answer:
+    """Answer of a cell: the same motion with other contact data."""
+    return _timed(hangs_on, Settled.of(mechanism, motion), turns, how)
+
+
+def curved(mechanism: Mechanism, motion: Answer, key: str, start: Any, turns: int, how: Any) -> Answer:
+    """Answer of a cell: forces over a parameter."""
+    return _timed(curve, Settled.of(mechanism, motion), key, start, turns, how)
+
+
+def sided(mechanism: Mechanism, motion: Answer, key: str, side: str, search: Search, how: Any) -> Answer:
+    """Answer of a cell: changes on one side of a parameter."""
+    return _timed(edges, Settled.of(mechanism, motion), key, side, search, how)
+
+
+def assembled(
+    mechanism: Mechanism,
+    keys: Sequence[str],
+    now: Answer,
+    ideal: Answer,
+    other: Answer,
+    over: Sequence[Answer],
+    sides: Sequence[Answer],
+) -> xr.Dataset:
+    """Make the dataset: of the present motion, of the ideal one, of other contact data, curves and sides."""
     joints = [joint.name for joint in mechanism.joints]
     values = _forces(joints, now, ideal) | _contacts(mechanism, joints, now) | _motion(now)
-    values |= _edges(mechanism, keys, sides)
+    values |= _graded(mechanism, values) | _variants(mechanism, joints, other, values["ideal_peak_force"])
+    values |= _curves(joints, keys, over) | _edges(mechanism, keys, sides)
     labels = {"joint": joints, "parameter": list(keys), "side": list(SIDES), "change": list(CHANGES)}
+    labels["place"] = list(PLACES)
     values |= {name: np.array(each, dtype=str) for name, each in labels.items()}
     return OUTPUTS.dataset(values | {"turn_share": np.linspace(0, 1, SHOWN + 1)})
 
@@ -257,7 +401,29 @@ def _forces(joints: list[str], now: Answer, ideal: Answer) -> dict[str, Any]:
 
 def _contacts(mechanism: Mechanism, joints: list[str], now: Answer) -> dict[str, Any]:
     clearance = np.asarray([joint.clearance for joint in mechanism.joints])
-    return {"clearance": clearance} | {name: _on(joints, now, name) for name in CONTACTS}
+    loose = [joint.clearance > 0 and joint.contact is not None for joint in mechanism.joints]
+    data = [
+        _contact_data(joint) if there else "" for joint, there in zip(mechanism.joints, loose, strict=True)
+    ]
+    friction = [
+        getattr(joint.friction, "coefficient", 0.0) if there else np.nan
+        for joint, there in zip(mechanism.joints, loose, strict=True)
+    ]
+    found = {
+        "clearance": clearance,
+        "contact_data": np.array(data),
+        "friction_coefficient": np.array(friction),
+    }
+    found |= {name: _on(joints, now, name) for name in CONTACTS}
+    found["sliding_work_per_hour"] = found["sliding_work"] * HOUR / now.get("turn_period", np.nan)
+    return found
+
+
+def _contact_data(joint: Any) -> str:
+    """Law of contact and friction of a joint, in words."""
+    friction = f"friction {joint.friction.description}" if joint.friction else "no friction"
+    law, told = joint.contact.law.replace("_", " "), joint.contact.description
+    return f"{told if told.startswith(law) else f'{law}, {told}'}; {friction}"
 
 
 def _motion(now: Answer) -> dict[str, Any]:
@@ -268,6 +434,7 @@ def _motion(now: Answer) -> dict[str, Any]:
         "period": float(now.get("period", np.nan)),
         "section_exponent_per_turn": exponent,
         "section_standard_error_per_turn": error,
+        "largest_multiplier": float(now["motion"]["radius"]) if "motion" in now else np.nan,
         "crank_speed": 2 * np.pi / now.get("turn_period", np.nan),
         "drive_work": now.get("drive_work", np.nan),
         "joint_work": now.get("joint_work", np.nan),
@@ -275,6 +442,78 @@ def _motion(now: Answer) -> dict[str, Any]:
         "joint_loss_error": doubt,
         "present": now.get("traits", np.full(len(CHANGES), 2)),
     }
+
+
+def _graded(mechanism: Mechanism, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Grade of the present motion, and the pressure on bearings whose length is known."""
+    lengths = [
+        joint.contact.parameters.get("length", np.nan) if joint.contact else np.nan
+        for joint in mechanism.joints
+    ]
+    radii = [joint.radius if joint.clearance and joint.radius else np.nan for joint in mechanism.joints]
+    pressure = values["peak_force"] / (2 * np.array(radii, dtype=float) * np.array(lengths, dtype=float))
+    known = values["present"][0] < TOLD.index(UNKNOWN)
+    mark = _grade(values["present"][0] == 1, values["force_ratio"], values["impact_speed"]) if known else None
+    return {"grade": GRADED.index(UNKNOWN) if mark is None else mark, "contact_pressure": pressure}
+
+
+def _grade(lost: bool, ratio: np.ndarray, speed: np.ndarray) -> int:
+    known = np.isfinite(ratio).any()
+    return grade(
+        bool(lost), float(np.nanmax(ratio)) if known else math.nan, float(np.nanmax(speed, initial=0.0))
+    )
+
+
+def _variants(mechanism: Mechanism, joints: list[str], other: Answer, ideal: np.ndarray) -> dict[str, Any]:
+    """Forces with other contact data, in the order of `variants`."""
+    made = list(variants(mechanism))
+    rows = len(made)
+    if "peak" not in other:
+        other = {"names": [], "statuses": np.full(rows, other["status"])}
+    found = {
+        f"variant_{new}": _on(joints, other, old, rows)
+        for new, old in (
+            ("peak_force", "peak"),
+            ("separations", "separations"),
+            ("impact_speed", "impact_speed"),
+        )
+    }
+    marks = np.full(rows, GRADED.index(UNKNOWN))
+    lost = np.asarray(other.get("lost", np.full(rows, np.nan)), dtype=float)
+    for i in np.flatnonzero(np.isfinite(lost)):
+        marks[i] = _grade(
+            lost[i] == 1, found["variant_peak_force"][i] / ideal, found["variant_impact_speed"][i]
+        )
+    return found | {
+        "variant_quantity": np.array([each.quantity for each in made], dtype=str),
+        "variant_change": np.array([each.change for each in made], dtype=str),
+        "variant_period": np.asarray(other.get("period", np.full(rows, np.nan)), dtype=float),
+        "variant_grade": marks,
+        "variant_status": np.asarray(other["statuses"]),
+    }
+
+
+def _curves(joints: list[str], keys: Sequence[str], over: Sequence[Answer]) -> dict[str, Any]:
+    """Forces over each parameter, and where the grade first changes."""
+    shape = (len(keys), VALUES)
+    found: dict[str, Any] = {"curve_ratio": np.array([ratios(key) for key in keys])}
+    for new, old in (("peak_force", "peak"), ("ideal_peak_force", "ideal"), ("impact_speed", "impact_speed")):
+        found[f"curve_{new}"] = np.array([_on(joints, each, old, VALUES) for each in over])
+    period, marks = np.full(shape, np.nan), np.full(shape, GRADED.index(UNKNOWN))
+    statuses = np.full(shape, NOT_RUN)
+    changes = np.full((len(keys), len(SIDES), len(PLACES), len(END)), np.nan)
+    for i, each in enumerate(over):
+        if each["status"]:
+            statuses[i] = each["status"]
+            continue
+        statuses[i], period[i] = each["statuses"], each["period"]
+        known = np.isfinite(np.asarray(each["grade"], dtype=float))
+        marks[i, known] = np.asarray(each["grade"])[known]
+        changes[i] = each["change"]
+    found |= {"curve_period": period, "curve_grade": marks, "curve_status": statuses}
+    found |= {f"grade_change_{name}": changes[..., n] for n, name in enumerate(END)}
+    mark = found["grade_change_grade"]
+    return found | {"grade_change_grade": np.where(np.isnan(mark), GRADED.index(UNKNOWN), mark)}
 
 
 def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -> dict[str, Any]:
@@ -288,13 +527,18 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
     limits = np.array([each.get("limit", np.nan) for each in sides]).reshape(shape[:2])
     how = np.array([each.get("how", np.zeros(len(CHANGES))) for each in sides]).reshape(shape)
     speeds = [[_speed(mechanism, key, v) for v in found["edge"][i].flat] for i, key in enumerate(keys)]
-    most = max(len(each.get("windows", ())) for each in sides)
-    windows = np.full((len(sides), most, 3), np.nan)
-    for rows, each in zip(windows, sides, strict=True):
-        for row, window in zip(rows, each.get("windows", ()), strict=False):
-            row[:] = window
-    windows = windows.reshape(*shape[:2], most, 3)
+    windows = _padded([each.get("windows", ()) for each in sides], 3).reshape(*shape[:2], -1, 3)
     ends = np.sort(windows[..., :2] / values[:, None, None, None], axis=-1)
+    looked = {name: [each.get(name, np.zeros(0)) for each in sides] for name in ("looked", "periods")}
+    traits = [np.reshape(each.get("traits", ()), (-1, len(CHANGES))) for each in sides]
+    told = _padded([np.where(rows, 1.0, 0.0) for rows in traits], len(CHANGES)).reshape(
+        *shape[:2], -1, len(CHANGES)
+    )
+    told = np.where(np.isnan(told), TOLD.index(UNKNOWN), told)
+    looks = {
+        name: _padded([each[:, None] for each in rows], 1).reshape(*shape[:2], -1)
+        for name, rows in looked.items()
+    }
     return {
         "edge_ratio": ratio["edge"],
         "edge_ratio_error": np.abs(ratio["error"]),
@@ -306,7 +550,11 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
         "parameter_units": np.asarray([each.cf_units for each in along]),
         "parameter_name": np.asarray([each.noun for each in along]),
         "limit_ratio": limits / values[:, None],
-        "values_looked_at": np.reshape([each.get("looked", 0) for each in sides], shape[:2]),
+        "values_looked_at": np.reshape([len(each) for each in looked["looked"]], shape[:2]),
+        "looked_ratio": looks["looked"] / values[:, None, None],
+        "looked_period": looks["periods"],
+        "looked_contact_loss": told[..., CHANGES.index("contact_loss")],
+        "looked_chaos": told[..., CHANGES.index("chaos")],
         "window_low": ends[..., 0],
         "window_high": ends[..., 1],
         "window_period": windows[..., 2],
@@ -315,17 +563,20 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
     }
 
 
+def _padded(tables: Sequence[Any], columns: int) -> np.ndarray:
+    """Tables of so many columns, each with as many rows as the longest; NaN where it has none."""
+    made = np.full((len(tables), max(map(len, tables), default=0), columns), np.nan)
+    for rows, table in zip(made, tables, strict=True):
+        rows[: len(table)] = np.reshape(table, (-1, columns))
+    return made
+
+
 def _speed(mechanism: Mechanism, key: str, value: float) -> float:
     """Nominal speed of the drive where a parameter has a value, rad/s."""
     try:
         return float(mechanism.varied({key: float(value)}).drive.nominal_speed)
     except InputError:  # not met
         return float("nan")
-
-
-def answered(**keywords: Any) -> dict[str, Any]:
-    """Answer of a cell: forces of a motion, or the edges on one side."""
-    return edges(**keywords) if "key" in keywords else forces(**keywords)
 
 
 def parameters_of(mechanism: Mechanism) -> tuple[str, ...]:

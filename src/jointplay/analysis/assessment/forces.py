@@ -21,17 +21,17 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis import rates, rules
-from jointplay.analysis.assessment.settled import CHANGES, Settled, Unsettled, lasting, settled
+from jointplay.analysis.assessment.settled import CHANGES, Settled, Unsettled
 from jointplay.analysis.contacts import JOINT, KIND, ROW, approach
 from jointplay.analysis.quantities import WORDS
 from jointplay.analysis.starts import moved
 from jointplay.analysis.sweeps.attractor import Plan
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.method.codes import Event
 from jointplay.solver.motion.trajectory import Records, Request, follow
 
 SAMPLES, SHOWN = 4096, 512  # of a turn: evaluated, and kept of the last one
+ORBIT = 1e-9  # tolerance of a step on an orbit, whose forces are known as well as it is followed
 WANTED = ("normal_force", "tangential_force", "normal_velocity", "tangential_velocity")
 WORK = ("drive_work", "joint_work")
 WANTED += ("reaction", *WORK)
@@ -40,38 +40,36 @@ History = dict[str, np.ndarray]  # quantities by name, and their times
 PER_TURN = ("impact_loss", "friction_loss", "sliding_work")
 
 
-def forces(mechanism: Mechanism, start: Any, turns: int, how: Plan) -> dict[str, Any]:
-    """Forces and losses of the motion that a mechanism settles to.
+def forces(motion: Settled, turns: int, how: Plan, per_turn: int = SAMPLES) -> dict[str, Any]:
+    """Forces and losses over some turns of a settled motion; of a periodic orbit two of its periods suffice.
 
     Returns
     -------
     dict
-        ``status``; ``names`` of the joints, those with clearance first; over these ``force`` (samples of the
-        last turn), ``peak`` and ``peak_error`` (N); over joints with clearance `PER_TURN` and their errors
-        (J per turn), ``impact_speed`` (m/s), ``drive_work`` and ``joint_work`` (J per turn); and numbers of
-        the motion.
+        ``names`` of the joints, those with clearance first; over these ``force`` (samples of the last turn),
+        ``peak`` and ``peak_error`` (N); over joints with clearance `PER_TURN` and their errors (J per turn),
+        ``impact_speed`` (m/s), ``drive_work`` and ``joint_work`` (J per turn); and numbers of the motion.
+
+    Raises
+    ------
+    Unsettled
+        Where the motion cannot be followed.
     """
-    try:
-        motion = lasting(settled(mechanism, start, how), how)
-        return {"status": 0, "trouble": ""} | _measured(motion, turns, how)
-    except Unsettled as error:
-        return {"status": error.status, "trouble": str(error)}
-
-
-def _measured(motion: Settled, turns: int, how: Plan) -> dict[str, Any]:
     end = motion.end
+    turns = min(turns, 2 * motion.period) if motion.orbit is not None else turns
     watched = WORK if motion.mechanism.clearance_joints else ()
     model = rules.model_for(motion.mechanism, {"crank_angle": end.crank_angle}, None, watched)
     model = moved(model, end.state)
     bounds = np.linspace(0.0, turns * float(motion.value("turn_period")), turns + 1)
-    times = np.linspace(0.0, bounds[-1], turns * SAMPLES + 1)
-    limits = {"rtol": how.rtol, "max_steps": rules.steps(how.max_steps), "log_from": 0.0}
+    times = np.linspace(0.0, bounds[-1], turns * per_turn + 1)
+    rtol = min(how.rtol, ORBIT) if motion.orbit is not None else how.rtol
+    limits = {"rtol": rtol, "max_steps": rules.steps(how.max_steps), "log_from": 0.0}
     records = follow(model, Request(times[-1], at=times, steps=True, events=True, rates=True, **limits))
     if records.status:
         raise Unsettled(records.status)
     samples, steps = records.samples, records.steps[:, 2:]
-    fine, coarse = (_history(model, how, records, [steps, samples[::every]]) for every in (1, 2))
-    answer = {"names": [*model.joints, *model.pins], "force": _shown(fine, times[-1 - SAMPLES :])}
+    fine, coarse = (_history(model, rtol, records, [steps, samples[::every]]) for every in (1, 2))
+    answer = {"names": [*model.joints, *model.pins], "force": _shown(fine, times[-1 - per_turn :])}
     answer |= _peaks(fine, coarse, bounds[-1] / 2) | _of_motion(motion)
     if model.joints:
         answer |= _losses(fine, coarse, bounds) | {"impact_speed": _impact_speeds(model, records)}
@@ -79,13 +77,13 @@ def _measured(motion: Settled, turns: int, how: Plan) -> dict[str, Any]:
     return answer
 
 
-def _history(model: Model, how: Plan, records: Records, parts: list[np.ndarray]) -> History:
+def _history(model: Model, rtol: float, records: Records, parts: list[np.ndarray]) -> History:
     """Quantities at rows in order of time; at an event the integrator's points are its two sides."""
     rows = np.concatenate(parts)
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     here = {"joint": model.joints, "pin": model.pins}
     names = [name for name in WANTED if here.get(WORDS[name].of, model.joints)]
-    found = rates.quantities(model, how.rtol, records, rows).variables(names, "time")
+    found = rates.quantities(model, rtol, records, rows).variables(names, "time")
     return {name: values for name, (_, values, _) in found.items()} | {"time": rows[:, 0]}
 
 
@@ -99,7 +97,7 @@ def _sizes(given: History) -> np.ndarray:
 
 def _shown(given: History, times: np.ndarray) -> np.ndarray:
     """Forces at even times of the last turn."""
-    sizes, wanted = _sizes(given), times[:: SAMPLES // SHOWN]
+    sizes, wanted = _sizes(given), np.linspace(times[0], times[-1], SHOWN + 1)
     return np.stack([np.interp(wanted, given["time"], each) for each in sizes.T], -1)
 
 

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jointplay.analysis.assessment.grades import GRADES, MEANING, UNKNOWN
 from jointplay.display import codes
 from jointplay.display.number_text import plain, signed, with_error
 from jointplay.display.units import measure, shown
 
 if TYPE_CHECKING:
-    from xarray import Dataset
+    from xarray import DataArray, Dataset
 
 BEGINS = {  # what the change is, where the present motion does not have the trait
     "contact_loss": "contact is lost",
@@ -32,25 +33,34 @@ NONE = "\N{EN DASH}"
 UNEQUAL = 1e-3  # difference of works, over them, that is told
 PLACES = 41  # values of the diagram that shows a change by brute force
 NARROW = 3  # distances of the values looked at: a change that is taken back within them is a narrow window
+SLOW = 0.9  # largest multiplier above which it is told how slowly a motion settles
+ALIKE = 1.01  # force ratio below which forces are those of ideal joints
+HELPS = 0.99  # of the force ratio: a change that leaves more of it helps nothing
+NOT_RUN = "not_run"
+SIDES = ("below", "above")
+TRIED = {("damping", "×3"): "three times the damping", ("friction", "×2"): "twice the friction"}
+OTHER = {
+    "clearance": (0.5, "half the {}"),
+    "": (0.9, "a tenth less of the {}"),
+}  # single changes of parameters
 
 
 def answer(dataset: Dataset) -> str:
-    """Return the hardest worked joint, the present motion, and the nearest change of it."""
-    ratio = dataset["force_ratio"].values
-    if not np.isfinite(ratio).any():
+    """Return the verdict, the present motion, and what the verdict hangs on or where it changes."""
+    if _grade(dataset) == UNKNOWN:
         return "no forces known"
-    i = int(np.nanargmax(ratio))
-    force = measure(float(dataset["peak_force"][i]), "N", 3)
-    name = _joints(dataset)[i]
-    first = f"joint forces up to {plain(ratio[i], 3)} times the ideal mechanism's: joint {name}, {force}"
-    return "\n".join([first, _motion(dataset), _nearest(dataset)])
+    return "\n".join([_verdict(dataset), _motion(dataset), _limits(dataset)])
 
 
 def page(dataset: Dataset, source: str = "MECHANISM.toml") -> str:
     """Return the whole assessment as a page of plain text; `source` is the file in its commands."""
     name = str(dataset.attrs.get("title") or dataset.attrs.get("study") or "assessment")
-    lines = [name, "=" * len(name), "", f"Motion: {_motion(dataset)}.", ""]
+    lines = [name, "=" * len(name), ""]
+    lines += ["Verdict", *(f"  {line}" for line in _told(dataset)), *_slow(dataset), ""]
+    if _grade(dataset) != UNKNOWN:
+        lines += [*_hangs_on(dataset), "", *_to_do(dataset), ""]
     lines += [*_forces(dataset), "", *_contacts(dataset), "", *_changes(dataset), ""]
+    lines += ["Grades", *(f"  {grade}: {MEANING[grade]}" for grade in GRADES), ""]
     lines += [
         "Reproduce",
         f"  jointplay assess {source}",
@@ -60,6 +70,234 @@ def page(dataset: Dataset, source: str = "MECHANISM.toml") -> str:
     return "\n".join(lines) + "\n"
 
 
+def _told(dataset: Dataset) -> list[str]:
+    """The verdict in sentences."""
+    if _grade(dataset) == UNKNOWN:
+        return ["No forces are known: the motion was not followed to its end."]
+    return [f"{_verdict(dataset)}.", f"{_motion(dataset)}.", f"{_limits(dataset)}."]
+
+
+def _grade(dataset: Dataset) -> str:
+    return str(codes.words(dataset["grade"]).values)
+
+
+def _hardest(dataset: Dataset, loose: bool = False) -> int:
+    """Place of the joint whose largest force is the largest over that of the ideal mechanism."""
+    ratio = dataset["force_ratio"].values.copy()
+    if loose:
+        ratio[~(dataset["clearance"].values > 0)] = np.nan
+    return int(np.nanargmax(ratio))
+
+
+def _verdict(dataset: Dataset) -> str:
+    """The grade, how often contact is lost and how hard it hits, and the largest force."""
+    i, joints = _hardest(dataset), _joints(dataset)
+    ratio, force = float(dataset["force_ratio"][i]), measure(float(dataset["peak_force"][i]), "N", 3)
+    most = (
+        f"the largest force is {plain(ratio, 3)} times that of ideal joints, at joint {joints[i]} ({force})"
+    )
+    if ratio < ALIKE:
+        most = f"forces are those of ideal joints, within {plain(100 * (ALIKE - 1), 2)} %"
+    word = _grade(dataset).capitalize()
+    if word == "Quiet":
+        return f"{word}: contact is never lost; {most}"
+    k = int(np.nanargmax(dataset["impact_speed"].values))
+    count, hit = (float(dataset[name][k]) for name in ("separations", "impact_speed"))
+    hits = f"hits at {measure(hit, 'm s-1', 3)}"
+    return f"{word}: joint {joints[k]} loses contact {_times(count)} and {hits}; {most}"
+
+
+def _times(count: float) -> str:
+    return {1.0: "once a turn", 2.0: "twice a turn"}.get(count, f"{plain(count, 2)} times a turn")
+
+
+def _limits(dataset: Dataset) -> str:
+    """Where contact is first lost, or kept again, on each side of each parameter."""
+    lost, places = _present(dataset)["contact_loss"] == "yes", []
+    for key in map(str, dataset["parameter"].values):
+        ends = [
+            f"{side} {_value(dataset, key, ratio, 4)}"
+            for side in SIDES
+            if (ratio := _limit(dataset, key, side))
+        ]
+        if ends:
+            places.append(f"{dataset['parameter_name'].sel(parameter=key).values} {' or '.join(ends)}")
+    if not places:
+        return f"Contact is {'lost' if lost else 'kept'} at all values that were looked at"
+    return f"Contact is {'kept' if lost else 'lost'} at: {'; '.join(places)}"
+
+
+def _limit(dataset: Dataset, key: str, side: str) -> float | None:
+    """Ratio at which contact is first lost or kept on a side, by its edge, or farther out by the grade."""
+    one = dataset.sel(parameter=key, side=side)
+    ratio = float(one["edge_ratio"].sel(change="contact_loss"))
+    after = one.sel(place="after")
+    if math.isnan(ratio) and (_of(after["grade_change_grade"]) == "quiet") != (_grade(dataset) == "quiet"):
+        ratio = float(after["grade_change_ratio"])
+    return ratio if math.isfinite(ratio) else None
+
+
+def _of(code: DataArray) -> str:
+    return str(codes.words(code).values)
+
+
+def _slow(dataset: Dataset) -> Iterator[str]:
+    """Words on a motion that settles slowly, and why."""
+    radius, period = float(dataset["largest_multiplier"]), float(dataset["period"])
+    if not (period > 0 and radius > SLOW):
+        return
+    turns = -period / math.log(radius)
+    time = measure(turns * 2 * math.pi / float(dataset["crank_speed"]), "s", 3)
+    share = plain(100 * (1 - radius ** (1 / period)), 2)
+    yield f"  It settles slowly: what disturbs it shrinks by {share} % a turn,"
+    yield f"  to a third in {turns:.0f} turns ({time})."
+    smooth = [
+        n for n, f in zip(_joints(dataset), dataset["friction_coefficient"].values, strict=True) if f == 0
+    ]
+    if smooth:
+        where = " and ".join(smooth)
+        yield f"  There is no friction at joint {where}: only normal contact damps the swing of the journal"
+        yield "  along its bearing. Forces are those of the settled motion."
+
+
+def _hangs_on(dataset: Dataset) -> list[str]:
+    """Contact data, and the same motion with other contact data."""
+    lines = ["What it hangs on"]
+    for name, text in zip(_joints(dataset), dataset["contact_data"].values, strict=True):
+        lines += [f"  joint {name}: {text}"] if text else []
+    if not dataset.sizes.get("variant"):
+        return lines
+    if _not_run(dataset["variant_status"]):
+        return [*lines, "  other contact data: not looked at"]
+    joint = _joints(dataset)[_hardest(dataset, loose=True)]
+    rows = [
+        (
+            "contact data",
+            "grade",
+            f"force at {joint} (N)",
+            "times ideal",
+            "separations",
+            "impact speed",
+            "period",
+        )
+    ]
+    now = (float(dataset[n].sel(joint=joint)) for n in ("peak_force", "separations", "impact_speed"))
+    ratio = float(np.nanmax(dataset["force_ratio"]))
+    rows.append(("as given", _grade(dataset), *_numbers(*now, ratio), _repeat(float(dataset["period"]))))
+    for i in range(dataset.sizes["variant"]):
+        one = dataset.isel(variant=i)
+        name = " ".join(str(one[f"variant_{each}"].values) for each in ("quantity", "change"))
+        own = (
+            float(one[f"variant_{n}"].sel(joint=joint)) for n in ("peak_force", "separations", "impact_speed")
+        )
+        ratios = one["variant_peak_force"].values / dataset["ideal_peak_force"].values
+        most = float(np.nanmax(ratios)) if np.isfinite(ratios).any() else math.nan
+        rows.append(
+            (name, _of(one["variant_grade"]), *_numbers(*own, most), _repeat(float(one["variant_period"])))
+        )
+    return [*lines, *_table(rows), f"  {_band(dataset, joint)}"]
+
+
+def _numbers(force: float, separations: float, speed: float, ratio: float) -> tuple[str, ...]:
+    hit = measure(speed, "m s-1", 3) if speed > 0 else NONE
+    return plain(force, 4), plain(ratio, 3), plain(separations, 3), hit
+
+
+def _repeat(period: float) -> str:
+    return NONE if math.isnan(period) else (str(int(period)) if period > 0 else "none")
+
+
+def _not_run(status: DataArray) -> bool:
+    return bool(np.all(codes.words(status).values == NOT_RUN))
+
+
+def _band(dataset: Dataset, joint: str) -> str:
+    """Least and largest force over the variants, their grades, and which quantity matters most."""
+    here = float(dataset["peak_force"].sel(joint=joint))
+    there = dataset["variant_peak_force"].sel(joint=joint).values
+    known = np.isfinite(there)
+    if not known.any():
+        return "nothing is known of other contact data"
+    low, high = (measure(f([here, *there[known]]), "N", 3) for f in (min, max))
+    marks = {_grade(dataset), *codes.words(dataset["variant_grade"]).values.tolist()} - {UNKNOWN}
+    grades = [grade for grade in GRADES if grade in marks]
+    grade = f"{grades[0]} to {grades[-1]}" if len(grades) > 1 else f"{grades[0]} throughout"
+    away = np.abs(np.log(there[known] / here))
+    most = f"{dataset['variant_quantity'].values[known][np.argmax(away)]} matters most"
+    if len(grades) == 1 and np.max(away) < math.log(ALIKE):
+        most = "none of them matters"
+    return f"band: the largest force at {joint} is {low} to {high}, the grade {grade}; {most}"
+
+
+def _to_do(dataset: Dataset) -> list[str]:
+    """Values at which the grade changes, with forces before and after, and the change that helps most."""
+    rows = [("", "grade changes at", "away", "grade", "largest force", "times ideal", "impact speed")]
+    missing = []
+    for key in map(str, dataset["parameter"].values):
+        one = dataset.sel(parameter=key)
+        if _not_run(one["curve_status"]):
+            missing.append(f"  {one['parameter_name'].values}: not looked at")
+            continue
+        rows += (_grade_change(dataset, key, side) for side in SIDES)
+    lines = ["What to do", *(_table(rows) if len(rows) > 1 else []), *missing]
+    return [*lines, f"  {_helps(dataset)}"]
+
+
+def _grade_change(dataset: Dataset, key: str, side: str) -> tuple[str, ...]:
+    """A row on the first change of the grade on a side, with what is just before and just after it."""
+    one = dataset.sel(parameter=key, side=side)
+    before, after = (one.sel(place=place) for place in ("before", "after"))
+    name, ratio = f"{one['parameter_name'].values}, {side}", float(after["grade_change_ratio"])
+    if math.isnan(ratio):
+        limit = _value(dataset, key, float(before["grade_change_ratio"]), 3)
+        return name, f"not met up to {limit}", "", "", "", "", ""
+    texts = (
+        " → ".join(map(_words_at, (before, after), (n, n)))
+        for n in ("grade", "force", "force_ratio", "impact_speed")
+    )
+    return name, _value(dataset, key, ratio, 4), f"{plain(100 * abs(ratio - 1), 3)} %", *texts
+
+
+def _words_at(place: Dataset, name: str) -> str:
+    """Words for a number on one side of a change of the grade."""
+    given = place[f"grade_change_{name}"]
+    if name == "grade":
+        return _of(given)
+    if name == "force_ratio":
+        return plain(float(given), 3)
+    if name == "impact_speed" and not float(given) > 0:
+        return NONE
+    return measure(float(given), "N" if name == "force" else "m s-1", 3)
+
+
+def _helps(dataset: Dataset) -> str:
+    """Which single change lowers the largest force most, over that of ideal joints."""
+    now, found = float(np.nanmax(dataset["force_ratio"], initial=0.0)), {}
+    for i in range(dataset.sizes.get("variant", 0)):
+        one = dataset.isel(variant=i)
+        words = TRIED.get((str(one["variant_quantity"].values), str(one["variant_change"].values)))
+        ratio = one["variant_peak_force"].values / dataset["ideal_peak_force"].values
+        if words and np.isfinite(ratio).any():
+            found[words] = float(np.nanmax(ratio))
+    for key in map(str, dataset["parameter"].values):
+        one = dataset.sel(parameter=key)
+        at, words = OTHER.get(key.rsplit(".", 1)[-1], OTHER[""])
+        i = int(np.argmin(np.abs(np.log(one["curve_ratio"].values / at))))
+        ratio = one["curve_peak_force"].values[i] / one["curve_ideal_peak_force"].values[i]
+        if np.isfinite(ratio).any():
+            found[words.format(one["parameter_name"].values)] = float(np.nanmax(ratio))
+    if not found:
+        return "single changes: not looked at"
+    best = min(found, key=lambda words: found[words])
+    tried = ", ".join(
+        f"{words} {plain(ratio, 3)}" for words, ratio in sorted(found.items(), key=lambda pair: pair[1])
+    )
+    if found[best] > HELPS * now:
+        return f"none of these single changes lowers the largest force ({plain(now, 3)} times ideal): {tried}"
+    lower = f"from {plain(now, 3)} to {plain(found[best], 3)} times that of ideal joints"
+    return f"of single changes, {best} helps most: it lowers the largest force {lower} ({tried})"
+
+
 def _joints(dataset: Dataset) -> list[str]:
     return [str(name) for name in dataset["joint"].values]
 
@@ -67,15 +305,16 @@ def _joints(dataset: Dataset) -> list[str]:
 def _motion(dataset: Dataset) -> str:
     """The present motion: its speed and period, or its exponent."""
     speed = float(dataset["crank_speed"])
-    turning = f"crank at {plain(speed, 4)} rad/s ({plain(speed * 30 / math.pi, 4)} rpm)"
+    turning = f"The crank turns at {plain(speed, 4)} rad/s ({plain(speed * 30 / math.pi, 4)} rpm)"
     period = float(dataset["period"])
     if not period > 0:
         value, error = (float(dataset[f"section_{n}_per_turn"]) for n in ("exponent", "standard_error"))
         chaotic = _present(dataset)["chaos"] == "yes"
-        what = "chaotic" if chaotic else "no period found, undecided"
-        return f"{turning}; {what}, largest exponent of the section map {signed(value, error)} per turn"
+        what = "chaotic" if chaotic else "without a period, and not known to be chaotic"
+        size = f"largest exponent of the section map {signed(value, error)} per turn"
+        return f"{turning}; the motion is {what}, {size}"
     lost = {"yes": "contact is lost in each", "no": "contact is never lost"}
-    return f"{turning}; repeats every {_turns(period)}, {lost[_present(dataset)['contact_loss']]}"
+    return f"{turning}; the motion repeats every {_turns(period)}, {lost[_present(dataset)['contact_loss']]}"
 
 
 def _turns(period: float) -> str:
@@ -100,6 +339,8 @@ def _cells(row: Sequence[str], widths: Sequence[int]) -> Iterator[str]:
 def _number(value: float, error: float, factor: float = 1.0) -> str:
     """A number with its error; to four digits where that is smaller still."""
     value, error = factor * value, factor * error
+    if not value:
+        return "0"
     if math.isnan(value):
         return NONE
     return with_error(value, error) if error > 1e-4 * abs(value) else f"{plain(value, 5)} ± <0.01 %"
@@ -155,8 +396,11 @@ def _changes(dataset: Dataset) -> list[str]:
         unmet = []
         for side in ("below", "above"):
             rows += _met(dataset, key, side)
-            unmet += [*_not_met(dataset, key, side), *_in_chaos(dataset, key, side)]
-            unmet += _windows(dataset, key, side)
+            unmet += [
+                *_not_met(dataset, key, side),
+                *_shares(dataset, key, side),
+                *_windows(dataset, key, side),
+            ]
         lines += [*_table(rows), *(f"    {line}" for line in [*unmet, _looked(one)])]
     return [*lines, "  what begins and ends between two neighbouring values is not seen"]
 
@@ -183,6 +427,21 @@ def widths(here: Dataset) -> np.ndarray:
     return np.where(width <= NARROW * _apart(here), width, np.nan)
 
 
+def _shares(dataset: Dataset, key: str, side: str) -> Iterator[str]:
+    """A line on the motions beyond the end of period 1, as shares of the values looked at."""
+    one = dataset.sel(parameter=key, side=side)
+    ratio = float(one["edge_ratio"].sel(change="doubling"))
+    if not math.isfinite(ratio):
+        return
+    beyond = np.abs(np.log(one["looked_ratio"].values)) >= abs(math.log(ratio))
+    total, period = int(beyond.sum()), one["looked_period"].values[beyond]
+    chaotic = int((codes.words(one["looked_chaos"]).values[beyond] == "yes").sum())
+    if total:
+        end = _value(dataset, key, float(one["limit_ratio"]), 4)
+        once = f"period 1 at {int((period == 1).sum())} of {total} values from there to {end}"
+        yield f"{side}: {once}, chaos at {chaotic}"
+
+
 def _windows(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     """A line on the changes that are taken back at once: others like them may have been missed."""
     width = widths(dataset.sel(parameter=key, side=side))
@@ -190,18 +449,6 @@ def _windows(dataset: Dataset, key: str, side: str) -> Iterator[str]:
         names = ", ".join(_words(dataset, str(name)) for name in dataset["change"].values[narrow])
         wide = f"{plain(100 * np.nanmax(width), 2)} % at most"
         yield f"{side}: windows of {wide} ({names}); others may lie between the values looked at"
-
-
-def _in_chaos(dataset: Dataset, key: str, side: str) -> Iterator[str]:
-    """A line on each window in chaos that was met, and is no end of it."""
-    if "window_low" not in dataset:
-        return
-    one, share = dataset.sel(parameter=key, side=side), plain(100 * float(dataset["lasting_share"]), 2)
-    for ends in zip(*(one[f"window_{name}"].values for name in ("low", "high", "period")), strict=True):
-        if not np.isnan(ends).any():
-            low, high = (_value(dataset, key, float(end), 7) for end in ends[:2])
-            what = f"period {int(ends[2])}" if ends[2] else "no period, and no chaos"
-            yield f"{side}: a window in chaos from {low} to {high} ({what}): an end would last {share} %"
 
 
 def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
@@ -219,6 +466,9 @@ def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
 def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     """A line on the changes that were not met on one side, and on the reach of the search."""
     one = dataset.sel(parameter=key, side=side)
+    if not int(one["values_looked_at"]) and _of(one["side_status"]) == NOT_RUN:
+        yield f"{side}: not looked at"
+        return
     unmet = list(map(str, dataset["change"].values[one["found_by"].values == 0]))
     status = str(codes.words(one["side_status"]).values)
     why = "" if status == "ok" else f", where it stopped: {status}"
@@ -278,17 +528,3 @@ def _command(dataset: Dataset, key: str, side: str, ratio: float, source: str) -
     name = f"name={key.replace('.', '_')}_{side}"
     settings = f"kind=bifurcation {name} figure={{}} 'analysis={{direction=\"{way}\",exponents=1}}'"
     return f"jointplay run {source} --set {settings} 'vary.{key}={span}'"
-
-
-def _nearest(dataset: Dataset) -> str:
-    """The change nearest to the present value of its parameter."""
-    ratio = dataset["edge_ratio"].values
-    if not np.isfinite(ratio).any():
-        return "no change of the motion was met"
-    p, s, c = np.unravel_index(np.nanargmin(np.abs(ratio - 1)), ratio.shape)
-    name, key = str(dataset["change"].values[c]), str(dataset["parameter"].values[p])
-    found = dataset.isel(parameter=p, side=s, change=c)
-    words = _words(dataset, name, str(codes.words(found["found_by"]).values))
-    away = f"{plain(100 * abs(float(ratio[p, s, c]) - 1), 3)} % away"
-    at = f"{found['parameter_name'].values} {_value(dataset, key, float(ratio[p, s, c]))}"
-    return f"nearest change: {words} at {at}, {away}"

@@ -12,18 +12,29 @@ thousands of turns before it settles to an orbit (Grebogi, Ott, Yorke, Physica D
 where it has not died out after `LASTING` transients more; at an edge of chaos only that counts, and beside a
 chaotic motion what has lasted the first of these. What has no period there, and an exponent that does not say
 whether it is chaotic, is asked over `SURE` times the turns.
+
+The present motion is not waited for where it can be found: its *orbit* is sought first, by Newton's method
+from the mean of the last section points, which averages away what swings about it. The motion has to approach
+it: its part along the least stable direction, by the left eigenvector of the largest multiplier, has to
+shrink. So a journal that swings along its bearing for thousands of turns, as it does without friction, is
+known by its orbit.
 Validity: as of `bifurcation`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from jointplay.analysis.orbits import floquet
+from jointplay.analysis.orbits.orbit_search import at_phase, away_from_events, lost, on_section
+from jointplay.analysis.orbits.section_map import SectionMap, section_map
+from jointplay.analysis.orbits.shooting import Orbit, newton
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.starts import End
+from jointplay.analysis.starts import End, placed, state_names
 from jointplay.analysis.sweeps.attractor import Plan, settle
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism
 
@@ -34,6 +45,12 @@ ERRORS = 3  # standard errors by which an exponent must be above 0
 FOLLOWING = 0.32  # correlation of batch means from which their error is too small
 CHANGES = ("contact_loss", "doubling", "chaos")
 ONCE_A_TURN = CrankAngle()
+SOUGHT = (20, 20, 40, 40)  # turns after which, one after another, an orbit is sought
+MEAN = 20  # last section points from whose mean
+APPROACH = 10  # turns in which the motion has to come nearer
+SHARP = 1e-10  # tolerance of steps: multipliers near 1 need it
+NEWTON = {"iterations": 12, "shortest": 0.25}  # what takes more is no orbit nearby
+CLOSE = 1e-7  # of a distance, in units of the states' scales: it is reached
 
 
 class Unsettled(ArithmeticError):
@@ -56,19 +73,33 @@ class Settled:
         Where it stands, at crank angle 0.
     values : dict
         As `attractor.settle` describes it.
-    slow : bool
-        Whether it did not repeat soon.
+    orbit : ndarray, optional
+        State at crank angle 0 of the stable periodic orbit that it is.
+    radius : float
+        Largest modulus of the orbit's multipliers.
     """
 
     mechanism: Mechanism
     end: End
     values: dict[str, Any]
-    slow: bool = False
+    orbit: np.ndarray | None = None
+    radius: float = np.nan
 
     def value(self, name: str, missing: float = np.nan) -> Any:
         """A number of the description, or a list of them over joints."""
         given = self.values.get(name, ((), missing))[1]
         return given[0] if name.startswith("section_") and np.ndim(given) else given
+
+    def plain(self) -> dict[str, Any]:
+        """All but the mechanism, as the answer of a cell."""
+        end = {"names": list(self.end.names), "state": self.end.state, "crank_angle": self.end.crank_angle}
+        return {"end": end, "values": self.values, "orbit": self.orbit, "radius": self.radius}
+
+    @classmethod
+    def of(cls, mechanism: Mechanism, plain: Mapping[str, Any]) -> Settled:
+        """The motion of a mechanism, from the answer of a cell."""
+        end = End(tuple(plain["end"]["names"]), plain["end"]["state"], plain["end"]["crank_angle"])
+        return cls(mechanism, end, plain["values"], plain["orbit"], plain["radius"])
 
     @property
     def period(self) -> int:
@@ -85,6 +116,81 @@ class Settled:
         sure = exponent > ERRORS * error and not follows > FOLLOWING
         lost = bool(np.any(np.asarray(self.value("contact_fraction", 1.0)) < 1.0))
         return {"contact_loss": lost, "doubling": self.period != 1, "chaos": self.period == 0 and sure}
+
+
+def present(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
+    """The motion from a start as it is in the end: its orbit where it has one, else after a long time."""
+    section = section_map(placed(mechanism, start, ONCE_A_TURN), ONCE_A_TURN, 1, SHARP, how.max_steps)
+    motion, last = _sought(section, mechanism, SOUGHT, how)
+    if motion is not None:
+        return motion
+    motion = lasting(settled(mechanism, last, how), how)
+    if motion.period:
+        orbit = _near(replace(section, turns=motion.period), motion.end.state)
+        if not orbit.status and floquet.stable(floquet.multipliers(orbit.image.derivative)):
+            return on_orbit(mechanism, orbit, how)
+    return motion
+
+
+def reached(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
+    """The motion from a start after few turns: its orbit where it has one, else as it is then."""
+    section = section_map(placed(mechanism, start, ONCE_A_TURN), ONCE_A_TURN, 1, SHARP, how.max_steps)
+    motion, last = _sought(section, mechanism, SOUGHT[:1], how)
+    return motion or followed(mechanism, last, replace(how, transient=0))
+
+
+def _sought(
+    section: SectionMap, mechanism: Mechanism, looks: tuple[int, ...], how: Plan
+) -> tuple[Settled | None, End]:
+    """The stable orbit that a motion approaches, if one is found; and where the motion stands."""
+    state, status = on_section(section)
+    points = [state]
+    for turns in looks:
+        for _ in range(turns):
+            image = section.image(points[-1], False)
+            if status := status or image.status:
+                raise Unsettled(status)
+            points.append(image.state)
+        orbit = _near(section, np.mean(points[-MEAN:], axis=0))
+        if not orbit.status and approached(orbit, section, points[-1]):
+            return on_orbit(mechanism, orbit, how), End((), state, 0.0)
+    return None, End(state_names(section.model), points[-1], 0.0)
+
+
+def _near(section: SectionMap, state: np.ndarray) -> Orbit:
+    """The orbit near a state, if Newton's method finds one soon."""
+    image = section.image(state, False)
+    if image.status:
+        return lost(section, image.status)
+    first, image = away_from_events(section, state, image)
+    return lost(section, image.status) if image.status else newton(first, image.state, **NEWTON)
+
+
+def on_orbit(mechanism: Mechanism, orbit: Orbit, how: Plan) -> Settled:
+    """The motion on a stable periodic orbit."""
+    state, multipliers = at_phase(orbit, 0.0)[0], floquet.multipliers(orbit.image.derivative)
+    end = End(state_names(orbit.map.model), state, 0.0)
+    motion = followed(mechanism, end, replace(how, transient=0))
+    exponent = float(np.log(abs(multipliers[0])) / orbit.map.turns)
+    values = motion.values | {"period": ((), orbit.map.turns), "section_exponent_per_turn": ((), exponent)}
+    return replace(motion, end=end, values=values, orbit=state, radius=float(abs(multipliers[0])))
+
+
+def approached(orbit: Orbit, section: SectionMap, point: np.ndarray) -> bool:
+    """Whether an orbit is stable, and the motion from a point of the section comes nearer to it."""
+    values, left = np.linalg.eig(orbit.image.derivative.T)
+    largest = int(np.argmax(np.abs(values)))
+    if not abs(values[largest]) < 1:
+        return False
+    there, way, expected = orbit.map, left[:, largest], abs(values[largest]) ** APPROACH
+    ahead = (there.phase - section.phase) * there.direction % (2 * np.pi)
+    state = section.moved(point, ahead)[1].state if ahead else point
+    image = there.image(state, False, APPROACH)
+    if image.status:
+        return False
+    before, after = (abs(way @ there.differ(each, orbit.state)) for each in (state, image.state))
+    far = np.max(np.abs(there.differ(image.state, orbit.state)))
+    return bool(far < CLOSE or after < before * (1 + expected) / 2)
 
 
 def plan(transient: int, turns: int, exponent_turns: int, rtol: float, max_steps: int | None) -> Plan:

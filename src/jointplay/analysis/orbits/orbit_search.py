@@ -69,7 +69,7 @@ def settled(
     section: SectionMap, transient: int, progress: Callable[[float], None]
 ) -> tuple[list[np.ndarray], int]:
     """States on the section in the last turns of a transient, the nearest to their own return first."""
-    state, status = _on_section(section)
+    state, status = on_section(section)
     recent = min(transient, RECENT)
     if not status and transient > recent:
         state, status = _turns(section, state, transient - recent)
@@ -90,7 +90,7 @@ def _turns(section: SectionMap, state: np.ndarray, turns: int) -> tuple[np.ndarr
     return image.state, image.status
 
 
-def _on_section(section: SectionMap) -> tuple[np.ndarray, int]:
+def on_section(section: SectionMap) -> tuple[np.ndarray, int]:
     """State at the first passage of the section, which may be the model's start; status."""
     model = section.model
     if section.plane:

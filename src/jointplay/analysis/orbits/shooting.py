@@ -60,16 +60,24 @@ def residual(section: SectionMap, state: np.ndarray, image: Image) -> np.ndarray
 
 
 def newton(
-    section: SectionMap, state: np.ndarray, tolerance: float = TOLERANCE, iterations: int = ITERATIONS
+    section: SectionMap,
+    state: np.ndarray,
+    tolerance: float = TOLERANCE,
+    iterations: int = ITERATIONS,
+    enough: float = ROUNDING,
+    shortest: float = SHORTEST,
 ) -> Orbit:
-    """Find the fixed point near a state on the section; status ``not_converged`` if there is none."""
+    """Find the fixed point near a state on the section; status ``not_converged`` if there is none.
+
+    A residual that is `enough` is made no smaller; a part of a step is no smaller than the `shortest`.
+    """
     image = section.image(state)
     r = residual(section, state, image)
     size, count = np.max(np.abs(r)), 0
-    while count < iterations and np.isfinite(size) and size > ROUNDING:
+    while count < iterations and np.isfinite(size) and size > enough:
         P = image.derivative
         step = np.linalg.lstsq(np.eye(len(P)) - P, r, rcond=None)[0]
-        trial = _damped(section, state, step, size)
+        trial = _damped(section, state, step, size, shortest)
         count += 1
         if trial is None:
             break
@@ -81,10 +89,10 @@ def newton(
     return Orbit(status, section, state, image, float(size), count)
 
 
-def _damped(section: SectionMap, state: np.ndarray, step: np.ndarray, size: float):
+def _damped(section: SectionMap, state: np.ndarray, step: np.ndarray, size: float, shortest: float):
     """State, image and residual after the longest part of a step that reduces it; None if none does."""
     part = 1.0
-    while part >= SHORTEST:
+    while part >= shortest:
         trial = section.state(section.unknowns(state) + part * step)
         image = section.image(trial)
         r = residual(section, trial, image)

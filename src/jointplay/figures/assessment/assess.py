@@ -1,4 +1,4 @@
-"""Assessment: joint forces against the ideal mechanism's, and where the motion changes, on one page."""
+"""Assessment: largest forces and impact speeds over each parameter, and the force over a turn."""
 
 from __future__ import annotations
 
@@ -6,42 +6,74 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jointplay.display import codes
+from jointplay.display.units import shown
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from xarray import Dataset
+    from xarray import DataArray, Dataset
 
-MARKS = {  # of a change: marker, colour, how far below its parameter's line, words
-    "contact_loss": ("o", style.BLUE, -0.16, "contact lost or kept"),
-    "doubling": ("s", style.AMBER, 0.0, "period 1 lost or reached"),
-    "chaos": ("D", style.BLACK, 0.16, "chaos begins or ends"),
+SHADES = {
+    "quiet": "#eef5ea",
+    "touches": "#fbf3d5",
+    "rattles": "#f7dfc4",
+    "hammers": "#eec4bc",
+    "unknown": "#ffffff",
 }
-SHARES = (0.25, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0)
+MARKS = {  # of a change: colour, line, words
+    "contact_loss": (style.BLUE, (0, (5, 2)), "contact lost or kept"),
+    "doubling": (style.AMBER, (0, (2, 1)), "period 1 lost or reached"),
+    "chaos": (style.BLACK, (0, (1, 1)), "chaos begins or ends"),
+}
 
 
 @picture()
 def assess(dataset: Dataset, *, joint: str | None = None) -> Figure:
-    """Draw a joint's force over a turn, the largest forces of all joints, and the changes of the motion.
+    """Draw largest forces and impact speeds over each parameter, and a joint's force over a turn.
 
     Parameters
     ----------
     dataset : Dataset
         What `jointplay.assess` returned.
     joint : str, optional
-        Whose force is drawn over a turn; the hardest worked one if left out.
+        Whose force is drawn; the hardest worked one if left out.
     """
-    select.require(dataset, "assess", ("force_ratio", "edge_ratio", "joint_force"))
-    figure = style.sheet(180.0, 100.0 + 7.0 * dataset.sizes["parameter"])
-    grid = figure.add_gridspec(2, 2, height_ratios=(3, 1 + 0.5 * dataset.sizes["parameter"]))
-    turn, peaks, edges = (figure.add_subplot(place) for place in (grid[0, 0], grid[0, 1], grid[1, :]))
-    turn_panel(turn, dataset, select.label(dataset, "joint", joint or hardest(dataset)))
+    select.require(dataset, "assess", ("force_ratio", "edge_ratio", "joint_force", "curve_ratio"))
+    rows = dataset.sizes["parameter"]
+    figure = style.sheet(180.0, 58.0 * (rows + 1) + 12.0)
+    grid = figure.add_gridspec(rows + 1, 2)
+    name = select.label(dataset, "joint", joint or hardest(dataset))
+    panels = []
+    for i in range(rows):
+        force, speed = (figure.add_subplot(grid[i, k]) for k in (0, 1))
+        force_panel(force, dataset.isel(parameter=i), name)
+        speed_panel(speed, dataset.isel(parameter=i))
+        panels += [force, speed]
+    turn, peaks = (figure.add_subplot(grid[rows, k]) for k in (0, 1))
+    turn_panel(turn, dataset, name)
     peak_panel(peaks, dataset)
-    edge_panel(edges, dataset)
-    artists.letter((turn, peaks, edges))
+    artists.letter((*panels, turn, peaks))
+    _legend(figure, dataset)
     return artists.finish(figure, dataset)
+
+
+def _legend(figure: Figure, dataset: Dataset) -> None:
+    """One legend for all panels over a parameter: grades that are met, and lines."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    met = set(map(str, codes.words(dataset["curve_grade"]).values.ravel()))
+    handles = [
+        Patch(facecolor=SHADES[g], edgecolor=style.GREY, linewidth=0.4, label=g) for g in SHADES if g in met
+    ]
+    handles.append(Line2D([], [], color=style.GREY, linewidth=1.2, linestyle="-", label="present value"))
+    for name, (colour, line, words) in MARKS.items():
+        if np.isfinite(dataset["edge_ratio"].sel(change=name)).any():
+            handles.append(Line2D([], [], color=colour, linewidth=0.9, linestyle=line, label=words))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
 
 
 def hardest(dataset: Dataset) -> str | None:
@@ -49,6 +81,76 @@ def hardest(dataset: Dataset) -> str | None:
     ratio = dataset["force_ratio"].values
     known = np.isfinite(ratio).any()
     return str(dataset["joint"].values[int(np.nanargmax(ratio))]) if known else None
+
+
+def force_panel(ax: Axes, one: Dataset, joint: str) -> None:
+    """Draw the largest force of a joint over one parameter, beside the ideal mechanism's."""
+    values = _values(one)
+    here = one.sel(joint=joint)
+    artists.curve(
+        ax,
+        values,
+        here["curve_ideal_peak_force"].values,
+        color=style.AMBER,
+        linewidth=1.4,
+        label="ideal joints",
+    )
+    artists.curve(
+        ax, values, here["curve_peak_force"].values, color=style.BLACK, linestyle="-", label="with clearance"
+    )
+    ax.set(ylabel="Largest force (N)", yscale="log")
+    _over(ax, one, values)
+    ax.legend(loc="best")
+    artists.heading(ax, f"joint {joint}")
+
+
+def speed_panel(ax: Axes, one: Dataset) -> None:
+    """Draw the largest impact speed of each joint with clearance over one parameter."""
+    values, loose = _values(one), one.isel(joint=np.flatnonzero(one["clearance"].values > 0))
+    for joint, line in zip(loose["joint"].values, ("-", "--", ":", "-."), strict=False):
+        speed = 1e3 * loose["curve_impact_speed"].sel(joint=joint).values
+        artists.curve(ax, values, speed, color=style.BLACK, linestyle=line, label=f"joint {joint}")
+    ax.set(ylabel="Largest impact speed (mm/s)", ylim=(0, None))
+    _over(ax, one, values)
+    if loose.sizes["joint"] > 1:
+        ax.legend(loc="best")
+
+
+def _unit(one: Dataset) -> tuple[str, float]:
+    unit = shown(float(one["present_value"]), str(one["parameter_units"].values))
+    return str(unit.symbol), float(unit.factor)
+
+
+def _values(one: Dataset) -> np.ndarray:
+    return one["curve_ratio"].values * float(one["present_value"]) * _unit(one)[1]
+
+
+def _over(ax: Axes, one: Dataset, values: np.ndarray) -> None:
+    """The axis of the parameter: grades behind the curve, the present value and the changes as lines."""
+    from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
+
+    symbol, factor = _unit(one)
+    present = float(one["present_value"]) * factor
+    middles = np.sqrt(values[1:] * values[:-1]) * np.sign(present)
+    ends = np.concatenate([values[:1], middles, values[-1:]])
+    for low, high, grade in zip(ends[:-1], ends[1:], codes.words(one["curve_grade"]).values, strict=True):
+        ax.axvspan(low, high, color=SHADES[str(grade)], linewidth=0, zorder=-1)
+    ax.axvline(present, color=style.GREY, linewidth=1.2, linestyle="-", zorder=0)
+    for name, (colour, line, _) in MARKS.items():
+        for ratio in _edges(one["edge_ratio"].sel(change=name)):
+            ax.axvline(ratio * present, color=colour, linewidth=0.9, linestyle=line, zorder=1)
+    if present > 0:
+        ax.set_xscale("log")
+        ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        ax.xaxis.set_minor_locator(NullLocator())
+    noun = str(one["parameter_name"].values)
+    label = artists.with_unit(f"{noun[0].upper()}{noun[1:]}", symbol)
+    ax.set(xlim=tuple(sorted((values[0], values[-1]))), xlabel=label)
+
+
+def _edges(ratios: DataArray) -> np.ndarray:
+    return ratios.values[np.isfinite(ratios.values)]
 
 
 def turn_panel(ax: Axes, dataset: Dataset, joint: str) -> None:
@@ -78,37 +180,3 @@ def peak_panel(ax: Axes, dataset: Dataset) -> None:
     ax.set_xticks(place, [str(name) for name in dataset["joint"].values])
     ax.set(xlabel="Joint", ylabel="Largest force (N)")
     ax.margins(y=0.12)
-
-
-def edge_panel(ax: Axes, dataset: Dataset) -> None:
-    """Draw for each parameter the searched range, and the changes of the motion, over the present value."""
-    from matplotlib.ticker import FuncFormatter, NullFormatter
-
-    names = [str(name) for name in dataset["parameter_name"].values]
-    for i, limits in enumerate(dataset["limit_ratio"].values):
-        ax.plot(
-            [np.nanmin(limits), np.nanmax(limits)],
-            [i, i],
-            color=style.GREY,
-            linewidth=0.8,
-            linestyle="-",
-            zorder=1,
-        )
-    for name, (marker, colour, below, label) in MARKS.items():
-        one = dataset.sel(change=name)
-        look = {"marker": marker, "color": colour, "linestyle": "none", "markersize": 4, "label": label}
-        rows = np.broadcast_to(np.arange(len(names))[:, None] + below, one["edge_ratio"].shape)
-        ax.plot(one["edge_ratio"].values.ravel(), rows.ravel(), **look)
-    ax.axvline(1.0, color=style.GREY, linewidth=0.8, linestyle=(0, (4, 2)), zorder=0)
-    ax.set_xscale("log")
-    ax.set_xticks([share for share in SHARES if np.nanmin(dataset["limit_ratio"]) / 1.3 < share])
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.xaxis.set_minor_formatter(NullFormatter())
-    low, high = (f(dataset["limit_ratio"].values) for f in (np.nanmin, np.nanmax))
-    ax.set(
-        xlim=(low / 1.05, high * 1.05),
-        ylim=(len(names) - 0.5, -0.5),
-        xlabel="Over the present value",
-    )
-    ax.set_yticks(range(len(names)), names)
-    artists.shared_legend(ax.figure, [ax], len(MARKS))

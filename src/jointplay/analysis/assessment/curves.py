@@ -1,0 +1,203 @@
+"""Largest forces and impact speeds of a linkage over one parameter, and where its grade changes.
+
+At values in even steps of the logarithm the motion is settled from the given start, side by side. It is
+recorded over two turns where it repeats, over `turns` where not. Where the present motion settles slowly, its
+orbit is followed to each value that has not settled. Ideal joints' forces are those of the same value. Where the grade (`grades`)
+first differs from the present one, on each side, the step is halved. Where it does nowhere on a side, it is
+looked for farther out, by doubling.
+Validity: of the motion that is reached from the start; where several coexist another one may be.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from jointplay.analysis.assessment.branch_walk import Branch, Walk
+from jointplay.analysis.assessment.forces import forces
+from jointplay.analysis.assessment.grades import grade
+from jointplay.analysis.assessment.settled import Settled, Unsettled, approached, on_orbit
+from jointplay.analysis.sweeps.attractor import Plan, settle_together
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.parameters import Parameter
+from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.method.codes import Status
+
+VALUES = 49  # the present one in the middle
+SPANS = {"clearance": 10.0}  # reach of a curve by the parameter's last word, as a factor
+SPAN = 3.0
+SETTLE, SEEN = 30, 8  # turns dropped, and looked at
+REPEATED = 2  # turns recorded where the motion repeats
+PER_TURN = 2048
+HALVED = 5  # steps to a change of the grade
+FARTHER = 10.0  # times the reach of a curve: as far a change of the grade is looked for, by doubling
+SLOW = 0.9  # largest multiplier of a motion that settles slowly: it is followed as an orbit
+STEP = 0.0025  # of the logarithm, the shortest with which an orbit is followed
+END = ("ratio", "grade", "force", "force_ratio", "impact_speed")  # of a place: the last three are the largest
+Spot = tuple[float, dict[str, Any]]  # a ratio, and what is known there
+BAD = int(Status.BAD_PARAMETERS)
+
+
+def ratios(key: str) -> np.ndarray:
+    """Values of a curve over the present one."""
+    span = SPANS.get(key.rsplit(".", 1)[-1], SPAN)
+    return np.geomspace(1 / span, span, VALUES)
+
+
+def curve(here: Settled, key: str, start: Any, turns: int, how: Plan) -> dict[str, Any]:
+    """Forces over a parameter, about the present motion; others begin at the start.
+
+    Returns
+    -------
+    dict
+        ``status`` 0; ``names`` of the joints, those with clearance first; over values ``ratio``,
+        ``statuses``, ``period`` (0: none seen), ``lost`` and ``grade`` (NaN: not known); over these and
+        joints ``peak`` and ``ideal`` (N), over those with clearance ``impact_speed`` (m/s). ``change``: over
+        the sides, below and above, and the places before and after the first change of the grade, numbers as
+        `END`; the latter NaN where it is not met.
+    """
+    scene = Scene(here, key, start, turns, replace(how, transient=SETTLE, turns=SEEN))
+    where = ratios(key)
+    middle = len(where) // 2
+    above = scene.rows(where[middle:])
+    scene.outward()
+    rows = scene.rows(where[:middle][::-1])[::-1] + above
+    names = next((row["names"] for row in rows if "names" in row), [])
+    changes = []
+    for way in (-1, 1):
+        scene.outward()
+        changes.append(scene.change(rows, where, way))
+    keys = ("status", "period", "lost", "grade", "peak", "ideal", "impact_speed")
+    known = next((row for row in rows if "names" in row), {})
+    none = {key: np.full_like(known[key], np.nan, dtype=float) for key in keys[1:] if key in known}
+    answer = {key: np.array([row.get(key, none.get(key, np.nan)) for row in rows]) for key in keys}
+    answer["statuses"] = answer.pop("status")
+    return {"names": names, "ratio": where, "change": np.array(changes)} | answer
+
+
+class Scene:
+    """A linkage over one parameter, and settings."""
+
+    def __init__(self, here: Settled, key: str, start: Any, turns: int, how: Plan):
+        self.mechanism, self.key = here.mechanism, key
+        self.start, self.turns, self.how = start, turns, how
+        self.present = float(Parameter(self.mechanism, key).value)
+        self.branch = Branch(self.mechanism, key, max(here.period, 1), how.max_steps)
+        self.slow = here.radius > SLOW
+        self.first = None if here.orbit is None else self.branch.first(self.present, here.orbit)
+        self.outward()
+
+    def outward(self) -> None:
+        """Begin at the present value again."""
+        self.places = self.first and [self.first]
+
+    def at(self, ratio: float) -> Mechanism | None:
+        """The mechanism at a value over the present one; None where it cannot have that."""
+        try:
+            return self.mechanism.varied({self.key: float(ratio * self.present)})
+        except InputError:
+            return None
+
+    def rows(self, where: np.ndarray) -> list[dict[str, Any]]:
+        """What is known at values over the present one, which lie outward from it."""
+        places = [self.at(ratio) for ratio in where]
+        there = [n for n, place in enumerate(places) if place is not None]
+        found = settle_together([(places[n], self.start) for n in there], self.how)
+        ideal = self._ideal([places[n] for n in there])
+        rows: list[dict[str, Any]] = [{"status": BAD} for _ in places]
+        for n, *pair in zip(there, found, ideal, strict=True):
+            rows[n] = self._row(float(where[n] * self.present), places[n], *pair)
+        return rows
+
+    def _ideal(self, places: list[Mechanism]) -> list[dict[str, float]]:
+        """Largest forces of ideal joints by name; where only a clearance differs they are the same."""
+        ideals = [place.replace(clearance=0.0) for place in places]
+        alone = dict.fromkeys(ideals)
+        settled = settle_together([(each, None) for each in alone], self.how)
+        peaks = {each: self._peaks(each, answer) for each, answer in zip(alone, settled, strict=True)}
+        return [peaks[each] for each in ideals]
+
+    def _peaks(self, mechanism: Mechanism, answer: dict[str, Any]) -> dict[str, float]:
+        if answer["status"]:
+            return {}
+        motion = Settled(mechanism, answer["end"], answer["values"])
+        found = forces(motion, REPEATED, self.how, PER_TURN)
+        return dict(zip(found["names"], map(float, found["peak"]), strict=True))
+
+    def _row(
+        self, value: float, mechanism: Mechanism, answer: dict[str, Any], ideal: dict[str, float]
+    ) -> dict[str, Any]:
+        if answer["status"]:
+            return {"status": answer["status"]}
+        motion = Settled(mechanism, answer["end"], answer["values"])
+        try:
+            if not motion.period and self.slow:
+                motion = self._on_orbit(value, motion) or motion
+            found = forces(motion, REPEATED * motion.period or self.turns, self.how, PER_TURN)
+        except Unsettled as error:
+            return {"status": error.status}
+        like = np.array([ideal.get(name, np.nan) for name in found["names"]])
+        lost = motion.traits["contact_loss"] or bool(np.any(found["separations"] > 0))
+        ratio = float(np.nanmax(found["peak"] / like)) if np.isfinite(like).any() else math.nan
+        row = {name: found[name] for name in ("names", "peak", "period", "impact_speed")}
+        mark = float(grade(lost, ratio, float(np.max(found["impact_speed"]))))
+        return row | {"status": 0, "lost": lost, "ideal": like, "grade": mark}
+
+    def _on_orbit(self, value: float, motion: Settled) -> Settled | None:
+        """The present orbit followed to a value, if a motion approaches it there however slowly."""
+        if self.places is None:
+            return None
+        way, far = (1 if abs(value) > abs(self.present) else -1), abs(math.log(value / self.present))
+        before = [place for place in self.places if abs(math.log(place.value / self.present)) <= far]
+        walk = Walk(self.branch, before, way, far, STEP)
+        while (place := walk.onward()) and place.stable:
+            pass
+        if place or walk.ended is not None:
+            self.places = None
+            return None
+        self.places = walk.places
+        there = walk.places[-1].orbit
+        near = approached(there, self.branch.map(value, there.map.rtol), motion.end.state)
+        return on_orbit(motion.mechanism, there, self.how) if near else None
+
+    def change(self, rows: list[dict[str, Any]], where: np.ndarray, way: int) -> np.ndarray:
+        """The last place with the present grade on a side, and the first with another one, as `END`.
+
+        The second one is NaN where it is not met.
+        """
+        known = [*zip(map(float, where), rows, strict=True)][len(where) // 2 :: way]
+        inner, end = known[0], known[-1][0]
+        farther = (end * 2.0 ** (way * n) for n in range(1, round(math.log2(FARTHER)) + 1))
+        for ratio, row in chain(known[1:], ((ratio, self._row_at(ratio)) for ratio in farther)):
+            if "grade" not in row or "grade" not in inner[1]:
+                break
+            if row["grade"] != inner[1]["grade"]:
+                return np.array([_end(*place) for place in self._halved(inner, (ratio, row))])
+            inner = ratio, row
+        return np.array([_end(*inner), np.full(len(END), np.nan)])
+
+    def _halved(self, inner: Spot, outer: Spot) -> tuple[Spot, Spot]:
+        for _ in range(HALVED):
+            between = math.sqrt(inner[0] * outer[0])
+            row = self._row_at(between)
+            if "grade" not in row:
+                break
+            same = row["grade"] == inner[1]["grade"]
+            inner, outer = ((between, row), outer) if same else (inner, (between, row))
+        return inner, outer
+
+    def _row_at(self, ratio: float) -> dict[str, Any]:
+        return self.rows(np.array([ratio]))[0]
+
+
+def _end(ratio: float, row: dict[str, Any]) -> np.ndarray:
+    """Numbers of a place, in the order of `END`."""
+    if "grade" not in row:
+        return np.array([ratio, *np.full(len(END) - 1, np.nan)])
+    ratios = row["peak"] / row["ideal"]
+    i = int(np.nanargmax(ratios)) if np.isfinite(ratios).any() else 0
+    return np.array([ratio, row["grade"], row["peak"][i], ratios[i], np.max(row["impact_speed"])])
