@@ -26,10 +26,10 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 39_467,
-    "code lines of its analyses": 12_585,
-    "code lines of all three packages": 44_760,
-    "files of the suite": 397,
+    "code lines of the suite": 40_420,
+    "code lines of its analyses": 13_485,
+    "code lines of all three packages": 45_715,
+    "files of the suite": 401,
     "files with one reader": 92,
     "entries at the top of the suite": 10,
     "files side by side in a room": 22,

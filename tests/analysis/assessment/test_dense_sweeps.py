@@ -1,11 +1,11 @@
 """Edges of assessments against dense sweeps at rtol 1e-8: each lies between neighbouring cells that differ.
 
 A sweep carries the motion from the present value outward over values 1 % apart, across each edge in steps a
-tenth as long, and over both ends of its bracket. The cells next to the edge on both sides, outside its error,
-must differ in the trait. No cell before the edge may differ from the present one, nor any where no edge was
-met; in chaos, beyond the end of period 1, and where the page tells of narrow windows, no value looked at. Where the trait is said to be as
-at present again, it has to be. Where a motion without a period loses contact now and then, some cell beside the
-edge has to.
+tenth as long, and over both ends of its bracket. The cells next to the edge on both sides, outside its
+error, must differ in the trait. No cell before the edge may differ from the present one, nor any where no
+edge was met; in chaos, beyond the end of period 1, and where the page tells of narrow windows, no value
+looked at. Where the trait is said to be as at present again, it has to be. Where a motion without a period
+loses contact now and then, some cell beside the edge has to.
 
 A cell that repeats over 60 turns with the expected traits has settled. The others, and those that confirm an
 edge, are followed 440 turns more from where they stand, and their exponent is measured. What has not settled

@@ -2,7 +2,7 @@
 
 The *present* motion is found first, as an orbit where it has one (`settled`). Its forces are held against
 those of the same linkage with ideal joints (`forces`), and both give its grade (`grades`). The same motion
-with other contact data says what the answer hangs on (`contact_data`). Over each clearance and the drive's
+with other contact data says what the answer hangs on (`alternatives`). Over each clearance and the drive's
 speed follow largest forces and impact speeds (`curves`), and the values at which contact is first lost or
 kept, the motion first leaves or reaches period 1, and chaos begins or ends (`edges`).
 Validity: of the one motion that is followed, from the start given; where others coexist, each has its own.
@@ -19,7 +19,7 @@ import numpy as np
 from pydantic import Field
 
 from jointplay.analysis import rules
-from jointplay.analysis.assessment.contact_data import hangs_on, variants
+from jointplay.analysis.assessment.alternatives import hangs_on, variants
 from jointplay.analysis.assessment.curves import END, VALUES, curve, ratios
 from jointplay.analysis.assessment.edges import HOW, SIDES, Search, edges
 from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN, WORK, forces
@@ -419,10 +419,18 @@ def _contacts(mechanism: Mechanism, joints: list[str], now: Answer) -> dict[str,
     return found
 
 
+def _length(joint: Any) -> float:
+    """Length of a joint's bearing, m; NaN where it is not known."""
+    if joint.data is not None:
+        return joint.data.parts.length
+    return joint.contact.parameters.get("length", np.nan) if joint.contact else np.nan
+
+
 def _contact_data(joint: Any) -> str:
     """Law of contact and friction of a joint, in words."""
     friction = f"friction {joint.friction.description}" if joint.friction else "no friction"
     law, told = joint.contact.law.replace("_", " "), joint.contact.description
+    told += f", from pin and bush: stiffness {joint.data.secant}" if joint.data else ""
     return f"{told if told.startswith(law) else f'{law}, {told}'}; {friction}"
 
 
@@ -446,10 +454,7 @@ def _motion(now: Answer) -> dict[str, Any]:
 
 def _graded(mechanism: Mechanism, values: Mapping[str, Any]) -> dict[str, Any]:
     """Grade of the present motion, and the pressure on bearings whose length is known."""
-    lengths = [
-        joint.contact.parameters.get("length", np.nan) if joint.contact else np.nan
-        for joint in mechanism.joints
-    ]
+    lengths = [_length(joint) for joint in mechanism.joints]
     radii = [joint.radius if joint.clearance and joint.radius else np.nan for joint in mechanism.joints]
     pressure = values["peak_force"] / (2 * np.array(radii, dtype=float) * np.array(lengths, dtype=float))
     known = values["present"][0] < TOLD.index(UNKNOWN)

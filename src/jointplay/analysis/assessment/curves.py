@@ -1,10 +1,10 @@
 """Largest forces and impact speeds of a linkage over one parameter, and where its grade changes.
 
 At values in even steps of the logarithm the motion is settled from the given start, side by side. It is
-recorded over two turns where it repeats, over `turns` where not. Where the present motion settles slowly, its
-orbit is followed to each value that has not settled. Ideal joints' forces are those of the same value. Where the grade (`grades`)
-first differs from the present one, on each side, the step is halved. Where it does nowhere on a side, it is
-looked for farther out, by doubling.
+recorded over two turns where it repeats, over `turns` where not. Where the present motion settles slowly,
+its orbit is followed to each value that has not settled. Ideal joints' forces are those of the same value.
+Where the grade (`grades`) first differs from the present one, on each side, the step is halved. Where it
+does nowhere on a side, it is looked for farther out, by doubling.
 Validity: of the motion that is reached from the start; where several coexist another one may be.
 """
 

@@ -108,7 +108,7 @@ def _verdict(dataset: Dataset) -> str:
 
 
 def _times(count: float) -> str:
-    return {1.0: "once a turn", 2.0: "twice a turn"}.get(count, f"{plain(count, 2)} times a turn")
+    return {1.0: "once a turn", 2.0: "twice a turn"}.get(count, f"{plain(count, 3)} times a turn")
 
 
 def _limits(dataset: Dataset) -> str:
@@ -122,6 +122,8 @@ def _limits(dataset: Dataset) -> str:
         ]
         if ends:
             places.append(f"{dataset['parameter_name'].sel(parameter=key).values} {' or '.join(ends)}")
+    if not places and not dataset["values_looked_at"].values.any():
+        return "Where that changes was not looked at"
     if not places:
         return f"Contact is {'lost' if lost else 'kept'} at all values that were looked at"
     return f"Contact is {'kept' if lost else 'lost'} at: {'; '.join(places)}"

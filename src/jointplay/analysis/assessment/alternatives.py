@@ -2,7 +2,8 @@
 
 Stiffness and damping of a contact are known to a factor, a coefficient of restitution to some tenths,
 friction to a factor of two or not at all. All joints with clearance are changed alike. No friction is a
-thousandth of it: the motion is the same, and the equations are those of before.
+thousandth of it: the motion is the same, and the equations are those of before. Where all these joints are
+given by pin and bush, the least and the largest value that follow from them are taken instead.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ NUMBERS = {  # what is changed together
     "friction": ("coefficient", "static_coefficient"),
 }
 PLACES = ("contact", "friction")  # of a joint, where they stand
+ENDS = {"÷10": "low", "×10": "high", "÷3": "low", "×3": "high"} | {"−0.2": "low", "+0.2": "high"}
+ENDS |= {"none": "low", "×2": "high"}
+ESTIMATES = {"damping": "dissipation"}  # names in contact data
 NONE = 1e-3  # of a coefficient of friction: none
 CHANGES: tuple[tuple[str, str, Callable[[float], float]], ...] = (
     ("stiffness", "÷10", lambda x: x / 10),
@@ -52,13 +56,23 @@ def variants(mechanism: Mechanism) -> Iterator[Variant]:
     """Yield a mechanism with other contact data, one after another."""
     places = tuple(f"joints.{joint.name}.{of}." for joint in mechanism.clearance_joints for of in PLACES)
     numbers = [each for each in Parameter.of(mechanism) if each.key.startswith(places)]
+    estimated = all(joint.data is not None for joint in mechanism.clearance_joints)
     for quantity, change, changed in CHANGES:
         own = [each for each in numbers if each.key.rsplit(".", 1)[-1] in NUMBERS[quantity] and each.value]
         values = {each.key: changed(each.value) for each in own}
+        if estimated:
+            change, name = ENDS[change], ESTIMATES.get(quantity, quantity)
+            values = {each.key: _scaled(mechanism, name, change, each) for each in own}
         if quantity == "restitution":
             values = {key: min(max(value, LEAST), 1.0) for key, value in values.items()}
         if values and any(values[each.key] != each.value for each in own):
             yield Variant(quantity, change, mechanism.varied(values))
+
+
+def _scaled(mechanism: Mechanism, quantity: str, end: str, number: Parameter) -> float:
+    """A number of a joint at one end of what its pin and bush say."""
+    estimate = getattr(mechanism.joint(number.key.split(".")[1]).data, quantity)
+    return number.value * getattr(estimate, end) / estimate.value
 
 
 def hangs_on(motion: Settled, turns: int, how: Plan) -> dict[str, Any]:
