@@ -11,7 +11,7 @@ import argparse
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.motion.trajectory import MAX_STEPS
-from jointplay_lab.precision.contenders import OURS
+from jointplay_lab.precision.contenders import Ours
 from jointplay_lab.precision.schedule import PEERS, Plan
 from jointplay_lab.precision.truth import Truth
 from jointplay_lab.precision.work_precision import RTOL, TOLERANCES, Row, contender, dataset, measure
@@ -27,14 +27,14 @@ CASES = {
 
 
 def compare(case, methods, rounds, budget):
-    """The dataset of `work_precision` for a case, with `methods` (names, or a peer's class) beside ours."""
+    """The dataset of `work_precision` for a case, with `methods` (classes of peers) beside ours."""
     model = assemble(catalog.chunmei2002(**CASES[case]))
     truth = Truth.of(model, RTOL, model.period)
     rows = []
-    for method in (OURS, *methods):
+    for method in (Ours, *methods):
         for rtol in TOLERANCES:
             ready = contender(method, model, rtol, model.period, truth, MAX_STEPS)
-            rows.append(Row(getattr(method, "name", method), rtol, ready))
+            rows.append(Row(method.name, rtol, ready))
     measure(rows, truth, rounds, budget)
     return dataset(rows, truth, Plan(TOLERANCES, ()), 1.0, RTOL)
 
@@ -42,14 +42,14 @@ def compare(case, methods, rounds, budget):
 def show(case, result):
     """Print CPU times in ms at errors reached, and how many times this package's the best peer's is."""
     times = 1e3 * result["cpu_time_at_error"].to_pandas().T
-    times["best peer, times"] = times.drop(columns=OURS).min(axis=1) / times[OURS]
+    times["best peer, times"] = times.drop(columns=Ours.name).min(axis=1) / times[Ours.name]
     print(f"\ncase {case}: CPU time of a turn, ms, at an error reached")
     print(times.to_string(float_format="{:.3g}".format), flush=True)
 
 
 def main():
     """Measure the asked cases and print."""
-    known = {name: name for name in PEERS} | {TunedHeyoka.name: TunedHeyoka}
+    known = PEERS | {TunedHeyoka.name: TunedHeyoka}
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("cases", nargs="*", default=["A", "B", "C"])
     parser.add_argument("--rounds", type=int, default=7, help="timed runs of each method at most")

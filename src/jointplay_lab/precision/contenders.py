@@ -1,10 +1,18 @@
-"""The methods compared: this package's, and the loop over events that its peers share."""
+"""The methods compared: this package's and its peers, which share a loop over events.
+
+A peer is a class of `Peer`: its name, the package that it needs, and how it gets to the next root. Those of
+SciPy and SUNDIALS call compiled rates, Jacobians and guards; heyoka is in `jointplay_lab.precision.taylor`.
+References: A. C. Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005) 363-396 (CVODE); L. Petzold, SIAM J.
+Sci. Stat. Comput. 4 (1983) 136-148 (LSODA); E. Hairer and G. Wanner, Solving Ordinary Differential Equations
+I and II (DOP853, Radau).
+"""
 
 from __future__ import annotations
 
 import math
 import time
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -14,7 +22,6 @@ from jointplay.solver.motion.progress import from_progress, tick
 from jointplay.solver.motion.trajectory import MAX_STEPS, Request, advance, memory
 from jointplay_lab.precision.generated_code import Equations, Event
 
-OURS = "jointplay"
 LOOK = 1024  # evaluations between two looks at the time
 ENDLESS = 10, 100  # times as many events as the truth has, and so many more, are no end of them
 
@@ -38,7 +45,7 @@ class Outcome:
 class Ours:
     """This package's method; the integration is timed, assembling and allocating are not."""
 
-    name = OURS
+    name = "jointplay"
 
     def __init__(self, model: Model, tolerance: float, end: float, max_steps: int = MAX_STEPS):
         request = Request(end, tolerance, events=True, log_from=0.0, max_steps=max_steps)
@@ -70,7 +77,8 @@ class Peer:
     hundredth of it as absolute tolerance; `events` is the number of events that the motion has.
     """
 
-    name = ""
+    name: ClassVar[str]
+    package: ClassVar[str]  # that it comes from
 
     def __init__(self, equations: Equations, tolerance: float, end: float, unit: np.ndarray, events: int):
         self.equations, self.tolerance, self.end = equations, tolerance, end
@@ -126,3 +134,108 @@ class Peer:
         tick()
         if time.process_time() > self.deadline:
             raise Trouble("step_limit")
+
+
+class Cvode(Peer):
+    """Variable-order BDF with root functions; a new solver after each event."""
+
+    name, package = "CVODE", "sksundae"
+
+    def __init__(self, *given):
+        from sksundae.cvode import CVODE
+
+        super().__init__(*given)
+        self.solver = CVODE
+
+    def integrate(self, t: float, y: np.ndarray) -> tuple[float, np.ndarray, int | None]:
+        equations, n = self.equations, self.equations.guards
+
+        def rate(time, state, out):
+            self.count()
+            equations.rate(time, state, out)
+
+        def jacobian(time, state, _, out):
+            equations.jacobian(time, state, out)
+
+        def roots(time, state, out):
+            equations.roots(time, state, out)
+
+        roots.terminal, roots.direction = [True] * n, [-1] * n
+        options = {"eventsfn": roots, "num_events": n} if n else {}
+        options |= {"jacfn": jacobian, "max_num_steps": 10**8, "rtol": self.tolerance, "atol": self.absolute}
+        found = self.solver(rate, **options).solve([t, self.end], y)
+        self.steps += len(found.t)
+        end, state = float(found.t[-1]), np.array(found.y[-1])
+        if found.status == 2:
+            return end, state, int(np.flatnonzero(found.i_events[-1])[0])
+        if end < self.end:
+            raise Trouble("not_converged")
+        return end, state, None
+
+
+class Scipy(Peer):
+    """Base class of the methods of `scipy.integrate.solve_ivp`, with terminal events."""
+
+    package = "scipy"
+    implicit: ClassVar[bool] = True
+
+    def __init__(self, *given):
+        from scipy.integrate import solve_ivp
+
+        super().__init__(*given)
+        self.solver = solve_ivp
+        self._out, self._square = np.empty(len(self.absolute)), np.empty(2 * [len(self.absolute)])
+
+    def integrate(self, t: float, y: np.ndarray) -> tuple[float, np.ndarray, int | None]:
+        equations = self.equations
+
+        def rate(time, state):
+            self.count()
+            equations.rate(time, state, self._out)
+            return self._out.copy()
+
+        def jacobian(time, state):
+            equations.jacobian(time, state, self._square)
+            return self._square.copy()
+
+        options = {"method": self.name, "rtol": self.tolerance, "atol": self.absolute}
+        options |= {"events": self._guards(), "first_step": min(self.first_step, self.end - t)}
+        options |= {"jac": jacobian} if self.implicit else {}
+        found = self.solver(rate, (t, self.end), y, **options)
+        self.steps += len(found.t) - 1
+        if found.status == -1:
+            raise Trouble("not_converged")
+        fired = [k for k, times in enumerate(found.t_events or ()) if len(times)]
+        return float(found.t[-1]), found.y[:, -1].copy(), fired[0] if found.status == 1 else None
+
+    def _guards(self):
+        """The watched guards, as functions of their own that share an evaluation's array."""
+        out = np.empty(max(self.equations.guards, 1))
+
+        def one(k):
+            def guard(time, state):
+                self.equations.roots(time, state, out)
+                return out[k]
+
+            guard.terminal, guard.direction = True, -1
+            return guard
+
+        return [one(k) for k in range(self.equations.guards)] or None
+
+
+class Lsoda(Scipy):
+    """Adams' methods and BDF, by turns."""
+
+    name = "LSODA"
+
+
+class Radau(Scipy):
+    """Radau IIA of order 5."""
+
+    name = "Radau"
+
+
+class Dop853(Scipy):
+    """Dormand and Prince's explicit method of order 8."""
+
+    name, implicit = "DOP853", False

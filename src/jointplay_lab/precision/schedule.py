@@ -12,14 +12,10 @@ from pydantic import AfterValidator
 
 from jointplay.analysis.keywords import RTOL, Rtol, several
 from jointplay.display.errors import Problem, refuse, unknown
+from jointplay_lab.precision.contenders import Cvode, Dop853, Lsoda, Peer, Radau
+from jointplay_lab.precision.taylor import Heyoka
 
-PEERS = {
-    "heyoka": "heyoka",
-    "CVODE": "sksundae",
-    "LSODA": "scipy",
-    "Radau": "scipy",
-    "DOP853": "scipy",
-}  # and the package that each comes from
+PEERS: dict[str, type[Peer]] = {peer.name: peer for peer in (Heyoka, Cvode, Lsoda, Radau, Dop853)}
 
 
 @dataclass(frozen=True)
@@ -32,7 +28,7 @@ class Plan:
     @property
     def installed(self) -> tuple[str, ...]:
         """The peers that are installed."""
-        return tuple(name for name in self.peers if find_spec(PEERS[name]))
+        return tuple(name for name in self.peers if find_spec(PEERS[name].package))
 
     @property
     def absent(self) -> tuple[str, ...]:

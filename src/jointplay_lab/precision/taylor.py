@@ -28,7 +28,7 @@ COMPACT = 5  # speeds; where there are more, straight code would take minutes to
 class Heyoka(Peer):
     """Adaptive Taylor series with terminal events."""
 
-    name = "heyoka"
+    name, package = "heyoka", "heyoka"
 
     def __init__(self, *given):
         import heyoka

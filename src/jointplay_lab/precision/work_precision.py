@@ -5,11 +5,6 @@ each locates events in its own way, and starts anew after them. Measured is CPU 
 disturbs little; even so, times are to be read as ratios.
 
 The result's dimensions are `solver` and `rtol`: of xarray's `sel`, ``method`` and ``tolerance`` are keywords.
-
-SciPy's and SUNDIALS' solvers are peers: compiled rates, Jacobians, guards; events located, then restarted.
-References: A. C. Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005) 363-396 (CVODE); L. Petzold, SIAM J.
-Sci. Stat. Comput. 4 (1983) 136-148 (LSODA); E. Hairer and G. Wanner, Solving Ordinary Differential Equations
-I and II (DOP853, Radau).
 """
 
 from __future__ import annotations
@@ -17,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Annotated, Unpack
 
 import numpy as np
@@ -34,10 +28,9 @@ from jointplay.solver.mechanism.base import Count, Positive, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.progress import ticked
-from jointplay_lab.precision.contenders import OURS, Ours, Outcome, Peer, Trouble
+from jointplay_lab.precision.contenders import Ours, Outcome, Peer
 from jointplay_lab.precision.generated_code import Equations
 from jointplay_lab.precision.schedule import PEERS, Peers, Plan, Tolerances, unknown_peers
-from jointplay_lab.precision.taylor import Heyoka
 from jointplay_lab.precision.truth import AGREEMENT, CONFIRMED, Truth
 
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
@@ -46,7 +39,6 @@ LEVELS = tuple(10.0**-k for k in range(4, 11))
 NEXT = 3.0  # a run at the next tolerance may take so many times as long as the last
 SHORT = 0.01  # s: the first run after another method's tells what it left in the processor's caches
 FEWEST = 1e-4  # s: least cost of a round, beside the run itself
-EXPLICIT = ("DOP853",)
 
 
 def answer(dataset: xr.Dataset) -> str:
@@ -150,8 +142,8 @@ def work_precision(  # noqa: D417 (nobody gives it the model)
     end = turns * model.period
     truth = Truth.of(model, motion["rtol"], end, limit)
     rows = [
-        Row(name, tolerance, contender(name, model, tolerance, end, truth, limit))
-        for name in (OURS, *plan.installed)
+        Row(method.name, tolerance, contender(method, model, tolerance, end, truth, limit))
+        for method in (Ours, *(PEERS[name] for name in plan.installed))
         for tolerance in plan.tolerances
     ]
     if truth.outcome.status == "ok":
@@ -199,8 +191,9 @@ def dataset(rows: Sequence[Row], truth: Truth, plan: Plan, turns: float, rtol: f
 
 def confirming(of: dict[str, list[Row]]) -> tuple[str, float]:
     """The peer whose tightest run comes closest to the truth, and its error; '' and NaN where none agrees."""
-    tightest = [[row for row in rows if row.outcome.status == "ok"][-1:] for rows in of.values()]
-    agreeing = [row for (row,) in filter(None, tightest) if row.agreement == "same" and row.method != OURS]
+    peers = (rows for name, rows in of.items() if name != Ours.name)
+    tightest = [[row for row in rows if row.outcome.status == "ok"][-1:] for rows in peers]
+    agreeing = [row for (row,) in filter(None, tightest) if row.agreement == "same"]
     best = min(agreeing, key=lambda row: row.error, default=None)
     return (best.method, best.error) if best else ("", math.nan)
 
@@ -238,15 +231,13 @@ class Row:
 
 
 def contender(
-    method: str | type[Peer], model: Model, tolerance: float, end: float, truth: Truth, max_steps: int
+    method: type[Ours | Peer], model: Model, tolerance: float, end: float, truth: Truth, max_steps: int
 ) -> Ours | Peer:
-    """A method, named or given as the class of a peer, ready to run."""
-    if method == OURS:
-        return Ours(model, tolerance, end, max_steps)
-    given = Equations(model, tolerance), tolerance, end, truth.unit, len(truth.outcome.events)
-    if isinstance(method, str):
-        method = {"heyoka": Heyoka, "CVODE": Cvode}.get(method, partial(Scipy, method))
-    return method(*given)
+    """A method ready to run."""
+    if issubclass(method, Ours):
+        return method(model, tolerance, end, max_steps)
+    unit, events = truth.unit, len(truth.outcome.events)
+    return method(Equations(model, tolerance), tolerance, end, unit, events)
 
 
 def measure(
@@ -304,88 +295,3 @@ def time_at(rows: Sequence[Row], error: float) -> float:
     errors = [math.log(max(row.error, 1e-300)) for row in reversed(front)]
     times = [math.log(row.median) for row in reversed(front)]
     return math.exp(np.interp(math.log(error), errors, times))
-
-
-class Cvode(Peer):
-    """Variable-order BDF with root functions; a new solver after each event."""
-
-    name = "CVODE"
-
-    def __init__(self, *given):
-        from sksundae.cvode import CVODE
-
-        super().__init__(*given)
-        self.solver = CVODE
-
-    def integrate(self, t: float, y: np.ndarray) -> tuple[float, np.ndarray, int | None]:
-        equations, n = self.equations, self.equations.guards
-
-        def rate(time, state, out):
-            self.count()
-            equations.rate(time, state, out)
-
-        def jacobian(time, state, _, out):
-            equations.jacobian(time, state, out)
-
-        def roots(time, state, out):
-            equations.roots(time, state, out)
-
-        roots.terminal, roots.direction = [True] * n, [-1] * n
-        options = {"eventsfn": roots, "num_events": n} if n else {}
-        options |= {"jacfn": jacobian, "max_num_steps": 10**8, "rtol": self.tolerance, "atol": self.absolute}
-        found = self.solver(rate, **options).solve([t, self.end], y)
-        self.steps += len(found.t)
-        end, state = float(found.t[-1]), np.array(found.y[-1])
-        if found.status == 2:
-            return end, state, int(np.flatnonzero(found.i_events[-1])[0])
-        if end < self.end:
-            raise Trouble("not_converged")
-        return end, state, None
-
-
-class Scipy(Peer):
-    """A method of `scipy.integrate.solve_ivp`, with terminal events."""
-
-    def __init__(self, name: str, *given):
-        from scipy.integrate import solve_ivp
-
-        super().__init__(*given)
-        self.solver = solve_ivp
-        self.name = name
-        self._out, self._square = np.empty(len(self.absolute)), np.empty(2 * [len(self.absolute)])
-
-    def integrate(self, t: float, y: np.ndarray) -> tuple[float, np.ndarray, int | None]:
-        equations = self.equations
-
-        def rate(time, state):
-            self.count()
-            equations.rate(time, state, self._out)
-            return self._out.copy()
-
-        def jacobian(time, state):
-            equations.jacobian(time, state, self._square)
-            return self._square.copy()
-
-        options = {"method": self.name, "rtol": self.tolerance, "atol": self.absolute}
-        options |= {"events": self._guards(), "first_step": min(self.first_step, self.end - t)}
-        options |= {} if self.name in EXPLICIT else {"jac": jacobian}
-        found = self.solver(rate, (t, self.end), y, **options)
-        self.steps += len(found.t) - 1
-        if found.status == -1:
-            raise Trouble("not_converged")
-        fired = [k for k, times in enumerate(found.t_events or ()) if len(times)]
-        return float(found.t[-1]), found.y[:, -1].copy(), fired[0] if found.status == 1 else None
-
-    def _guards(self):
-        """The watched guards, as functions of their own that share an evaluation's array."""
-        out = np.empty(max(self.equations.guards, 1))
-
-        def one(k):
-            def guard(time, state):
-                self.equations.roots(time, state, out)
-                return out[k]
-
-            guard.terminal, guard.direction = True, -1
-            return guard
-
-        return [one(k) for k in range(self.equations.guards)] or None
