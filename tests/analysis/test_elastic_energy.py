@@ -10,7 +10,7 @@ import pytest
 import jointplay as jp
 from tests.support.linkages import bending, mechanism, start
 
-from ..reference.bodies import Parameters
+from ..reference.four_bar import Parameters
 
 BALANCE = ["energy_residual", "drive_work", "joint_work", "structural_work", "kinetic_energy", "mode"]
 STICK = 4

@@ -12,7 +12,7 @@ import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
 from tests.support.linkages import mechanism, start
 
-from ..reference.bodies import LINKS
+from ..reference.four_bar import LINKS
 from ..reference.scenes import SCENES
 
 TRUTH = json.loads((Path(__file__).parents[1] / "reference" / "truth.json").read_text())

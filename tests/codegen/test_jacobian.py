@@ -8,10 +8,10 @@ import pytest
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.own.systems import SYSTEMS
-from tests.support.linkages import scattered
 from tests.support.plain import Point, plain
 
-from ..equations.both import bent_pair, bent_state, pair, point
+from ..equations.both import pair, point
+from ..reference.four_bar import scattered
 from .samples import STATES, modes_of, oscillator
 
 STEP = 1e-30
@@ -54,7 +54,7 @@ def shifted(base, modes):
 @pytest.mark.parametrize("drive", ["motor", "speed"])
 @pytest.mark.parametrize("joints", LINKAGES)
 def test_linkages(joints, drive):
-    system, model = pair(joints, drive, C_t=2.5 if joints == "C" else 0.0)
+    system, model = pair(joints, drive=drive, C_t=2.5 if joints == "C" else 0.0)
     for seed, modes in enumerate(LINKAGES[joints]):
         base = point(system, model, scattered(system, seed), modes)
         agree(*shifted(base, modes), 1e-11)
@@ -74,17 +74,17 @@ BENDING = {  # joints with play, links that bend, drive, order: modes
     "model", BENDING, ids=["_".join(model).replace(" ", "_").strip("_") for model in BENDING]
 )
 def test_links_that_bend(model):
-    system, ours = bent_pair(*model)
+    system, ours = pair(*model)
     for seed, modes in enumerate(BENDING[model]):
-        base = point(system, ours, bent_state(system, seed), modes)
+        base = point(system, ours, scattered(system, seed), modes)
         agree(*shifted(base, modes), 1e-10)
 
 
 @pytest.mark.parametrize("links", ["", "coupler"])
 def test_friction_by_tanh(links):
-    system, ours = bent_pair("B", links, smooth=3.0)
+    system, ours = pair("B", links, smooth=3.0, C_t=1.5)
     for seed, modes in enumerate([("free",), ("contact",), ("contact",)]):
-        base = point(system, ours, bent_state(system, seed), modes)
+        base = point(system, ours, scattered(system, seed), modes)
         agree(*shifted(base, modes), 1e-10)
 
 

@@ -8,10 +8,10 @@ import pytest
 from jointplay.solver.codegen.source import MAX_TURN
 from jointplay.solver.mechanism.own.systems import SYSTEMS
 from jointplay.solver.method.control import TURN
-from tests.support.linkages import scattered
 from tests.support.plain import Point, plain
 
-from ..equations.both import bent_pair, bent_state, pair, point
+from ..equations.both import pair, point
+from ..reference.four_bar import scattered
 from .samples import STATES, modes_of, oscillator
 
 
@@ -34,7 +34,7 @@ def agree(base, modes, increments):
     [("B", ("free",)), ("B", ("slip-",)), ("B", ("stick",)), ("BC", ("stick", "slip+")), ("A", ("slip+",))],
 )
 def test_linkages(joints, modes, drive):
-    system, model = pair(joints, drive)
+    system, model = pair(joints, drive=drive)
     base = point(system, model, scattered(system, 3), modes)
     n_q, n = base.sizes["positions"], base.sizes["speeds"]
     sizes = np.concatenate([[0.7 / system.p.w0], np.full(n_q, 0.7), np.full(n, 20.0)])
@@ -46,9 +46,9 @@ def test_linkages(joints, modes, drive):
 @pytest.mark.parametrize(("joints", "modes"), [("B", ("free",)), ("B", ("stick",)), ("", ())])
 def test_links_that_bend(joints, modes):
     """As far as a step of a closed loop may go, in which the coupler's and rocker's angles follow."""
-    system, model = bent_pair(joints, "coupler", C_t=1.5)
-    base = point(system, model, bent_state(system, 3), modes)
-    n, bent = base.sizes["speeds"], len(system.bent)
+    system, model = pair(joints, "coupler", C_t=1.5)
+    base = point(system, model, scattered(system, 3), modes)
+    n, bent = base.sizes["speeds"], system.half - system.rigid
     sizes = np.repeat([0.7 / system.p.w0, 1e-3, 0.7, 5.0, 20.0], [1, bent, n - bent, bent, n - bent])
     agree(base, modes, sizes[:, None] * np.random.default_rng(1).uniform(-1, 1, (1 + 2 * n, 8)))
 

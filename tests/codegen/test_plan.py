@@ -11,8 +11,9 @@ from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from tests.support.plain import Point, plain
 
-from ..equations.both import bent_pair, bent_state, point
+from ..equations.both import pair, point
 from ..method.linear import factored, newtons_matrix
+from ..reference.four_bar import scattered
 from .test_jacobian import by_complex_steps, shifted
 
 MODES = {
@@ -28,9 +29,9 @@ MODES = {
 )
 def test_factors_make_newtons_matrix(model):
     """The product of the factors against M and complex steps of the rates, at random states."""
-    system, ours = bent_pair(*model)
+    system, ours = pair(*model)
     for seed, modes in enumerate(MODES[model]):
-        base = point(system, ours, bent_state(system, seed), modes)
+        base = point(system, ours, scattered(system, seed), modes)
         M, _ = base.matrices()
         at, width = shifted(base, modes)
         B = M @ by_complex_steps(at, width)

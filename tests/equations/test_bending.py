@@ -1,13 +1,13 @@
-"""Links that bend, with play: motion, contacts, reactions and energies against Lagrange's equations."""
+"""Links that bend, with play: motion, contacts, reactions and energies against rows of particles."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from ..reference.bodies import LINKS
-from .both import bent_pair, bent_state, point
-from .test_accelerations import mixed
+from ..reference.four_bar import ANGLES, LINKS, by_name, scattered
+from .both import pair
+from .test_accelerations import agree, mixed
 from .test_outputs import evaluated
 
 MODES = ("free", "slip+", "slip-", "stick")
@@ -34,64 +34,44 @@ def combinations(joints):
 
 @every_scene
 def test_accelerations_and_contacts(model):
-    system, ours = bent_pair(*model)
+    system, ours = pair(*model)
     for seed, modes in enumerate(combinations(model[0])):
-        y = bent_state(system, seed)
-        named = dict(zip(system.clearance, modes, strict=True))
-        here = point(system, ours, y, modes)
-        theirs = system.rate(y, named)
-        assert np.abs(here.rate() - theirs[:, None]).max() < 1e-11 * np.abs(theirs).max()
-        _contacts(system, y, named, here.contacts())
-
-
-def _contacts(system, y, named, rows):
-    a, held, slides = system.forces(y, named)
-    z, v = system.spread(y)
-    for (name, mode), (u, v_n, v_t, F_n, F_t, creep) in zip(named.items(), rows, strict=True):
-        expected = system.touch(name, z, v)
-        assert (u, v_n, v_t) == pytest.approx(expected[:3], rel=1e-9, abs=1e-13)
-        if mode == "stick":
-            assert F_t == pytest.approx(held[name][0], rel=1e-9)
-            assert abs(creep) < 1e-11 * np.abs(a).max()
-        elif mode != "free":
-            assert F_n == pytest.approx(expected[3], rel=1e-9)
-            assert F_t == pytest.approx(system.friction(mode, F_n, v_t), rel=1e-9)
-            assert creep == pytest.approx(slides[name], rel=1e-8)
+        agree(system, ours, scattered(system, seed), modes)
 
 
 @every_scene
 def test_outputs(model):
-    """Reactions and torque are the multipliers; energies are those that were differentiated."""
-    system, ours = bent_pair(*model)
+    """Reactions and torque are the multipliers; energies are the particles'."""
+    system, ours = pair(*model)
     for mode in MODES:
-        y = bent_state(system, 4)
-        a, held, _ = system.forces(y, dict.fromkeys(model[0], mode))
+        y = scattered(system, 4)
+        solved = system.at_modes(y, dict.fromkeys(model[0], mode))
         found = evaluated(system, ours, y, [mode] * len(model[0]))
-        turning = [a[own.start + 2] for own in system.own]
+        turning = solved.acceleration[ANGLES]
         assert [found[f"angular_acceleration:{k}"] for k in LINKS] == pytest.approx(turning, rel=1e-9)
-        check_reactions(system, y, held, found)
+        check_reactions(system, y, solved, found)
         check_energies(system, y, found)
 
 
-def check_reactions(system, y, held, found):
+def check_reactions(system, y, solved, found):
     """Forces on the bearings of ideal joints, and the torque."""
+    held = by_name(solved)[0]
     scale = max(np.abs(force).max() for force in held.values())
-    for name in system.ideal:
+    for name in (joint.name for joint in system.joints if joint.play is None):
         force = [found[f"reaction_{axis}:{name}"] for axis in "xy"]
-        assert force == pytest.approx(held[name], abs=1e-10 * scale)
-        assert found[f"reaction:{name}"] == pytest.approx(np.hypot(*held[name]), abs=1e-10 * scale)
-    law = system.p.a - system.p.b * y[system.n] if system.p.drive == "motor" else 0.0
-    torque = -held["drive"][0] if system.p.drive == "speed" else law
+        assert force == pytest.approx(held[name][:2], abs=1e-10 * scale)
+        assert found[f"reaction:{name}"] == pytest.approx(np.hypot(*force), abs=1e-10 * scale)
+    law = system.p.a - system.p.b * y[system.half] if system.p.drive == "motor" else 0.0
+    torque = -held["drive"][2] if system.p.drive == "speed" else law
     assert found["drive_torque"] == pytest.approx(torque, abs=1e-10 * scale)
 
 
 def check_energies(system, y, found):
-    """Energies, and the deflections at the gauges."""
-    T, V, strain = system.energies(y)
-    assert found["kinetic_energy"] == pytest.approx(T, rel=1e-12)
-    assert found["potential_energy"] == pytest.approx(V, rel=1e-11)
+    """Energies, and the deflections at mid-length."""
+    kinetic, potential, strain = system.energies(0.0, system.full(y))
+    assert found["kinetic_energy"] == pytest.approx(kinetic, rel=1e-12)
+    assert found["potential_energy"] == pytest.approx(potential + strain, rel=1e-11)
     assert found["strain_energy"] == pytest.approx(strain, rel=1e-12)
-    z, _ = system.spread(y)
-    for name, modes, own in zip(LINKS, system.modes, system.own, strict=True) if len(system.bent) else ():
-        bent = modes.gauge @ z[own][3:] if modes else 0.0
-        assert found[f"deflection:{name}"] == pytest.approx(bent, rel=1e-12)
+    bent = system.deflections(system.full(y))
+    for name in LINKS if bent else ():
+        assert found[f"deflection:{name}"] == pytest.approx(bent.get(name, 0.0), rel=1e-12)

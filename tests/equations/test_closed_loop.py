@@ -1,4 +1,4 @@
-"""The closed four-bar: one freedom beside the modes, against Lagrange's equations of free links."""
+"""The closed four-bar: one freedom beside the modes, against free bodies."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from jointplay.solver.mechanism.parts.joints import Pin
 from tests.support.linkages import mechanism
 from tests.support.plain import plain
 
-from ..reference.bodies import LINKS, Parameters
-from .both import bent_pair, bent_state, point
+from ..reference.four_bar import ANGLES, LINKS, Parameters, scattered
+from .both import accelerations, pair, point
 from .test_bending import check_energies, check_reactions
 from .test_outputs import evaluated
 
@@ -32,31 +32,28 @@ every_scene = pytest.mark.parametrize("model", SCENES, ids=IDS)
 
 @every_scene
 def test_accelerations(model):
-    system, ours = bent_pair("", *model)
+    system, ours = pair("", *model)
     for seed in range(4):
-        y = bent_state(system, seed)
-        theirs = system.rate(y, {})
-        found = point(system, ours, y, []).rate()
+        y = scattered(system, seed)
+        theirs, found = accelerations(system, y, {}), point(system, ours, y, []).rate()
         assert np.abs(found - theirs[:, None]).max() < 1e-10 * max(1.0, np.abs(theirs).max())
 
 
 @every_scene
 def test_outputs(model):
     """Angles are those of the closed loop; reactions at all four pins, and the torque, the multipliers."""
-    system, ours = bent_pair("", *model)
+    system, ours = pair("", *model)
     for seed in range(3):
-        y = bent_state(system, seed)
-        a, held, _ = system.forces(y, {})
-        found = evaluated(system, ours, y, [])
-        n = system.n
-        for word, values in (("angle", y[:3]), ("angular_velocity", y[n : n + 3])):
-            assert [found[f"{word}:{k}"] for k in LINKS[1:]] == pytest.approx(values[1:], rel=1e-12)
-        turning = [a[own.start + 2] for own in system.own]
+        y = scattered(system, seed)
+        solved, found = system.at_modes(y, {}), evaluated(system, ours, y, [])
+        for word, values in (("angle", solved.now.q), ("angular_velocity", solved.now.v)):
+            assert [found[f"{word}:{k}"] for k in LINKS[1:]] == pytest.approx(values[ANGLES[1:]], rel=1e-12)
+        turning = solved.acceleration[ANGLES]
         scale = np.abs(turning).max()
         assert [found[f"angular_acceleration:{k}"] for k in LINKS] == pytest.approx(
             turning, abs=1e-10 * scale
         )
-        check_reactions(system, y, held, found)
+        check_reactions(system, y, solved, found)
         check_energies(system, y, found)
 
 

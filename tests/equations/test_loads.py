@@ -18,7 +18,7 @@ from jointplay.solver.mechanism.parts.drive import (
     SpeedProfile,
 )
 from jointplay.solver.mechanism.parts.loads import Force, Torque
-from tests.reference.bodies import Parameters
+from tests.reference.four_bar import Parameters
 from tests.support.linkages import mechanism
 from tests.support.motion import at, double, follow, forces, pendulum, seen
 from tests.support.plain import Point, plain

@@ -8,36 +8,20 @@ import pytest
 from jointplay.solver.codegen import outputs
 from jointplay.solver.mechanism.assemble import assemble
 from tests.support.laws_grid import mechanism
-from tests.support.linkages import ARRANGEMENTS, scattered
+from tests.support.linkages import ARRANGEMENTS, own_state
 from tests.support.plain import masks, plain
 
-from ..reference.bodies import LINKS, Bodies
-from .both import numbers, pair, state
+from ..reference.four_bar import ANGLES, LINKS, scattered
+from .both import numbers, pair
 
 MODES = ("free", "slip+", "slip-", "stick")
 PUSHED = {"O": "crank", "A": "crank", "B": "coupler", "C": "rocker"}  # journal carriers
 
 
-class Watched(Bodies):
-    """Free bodies that keep the multipliers of their last solution."""
-
-    def _reactions(self, load, rows, right):
-        self.x = super()._reactions(load, rows, right)
-        return self.x
-
-    def held(self):
-        """Torque of a prescribed speed, and the force on the bearing of each ideal joint."""
-        after, torque = 9, None
-        if self.p.drive == "speed":
-            after, torque = 10, -self.x[9]
-        pairs = self.x[after : after + 2 * len(self.ideal)].reshape(-1, 2)
-        return torque, dict(zip(self.ideal, pairs, strict=True))
-
-
 def evaluated(system, model, y, modes):
     """Every output of the package at a state of the reference."""
     functions = plain(model.structure)
-    values = np.concatenate([[0.0], state(system, y)])
+    values = np.concatenate([[0.0], own_state(system, y)])
     given = dict(zip(functions.STATE, values, strict=True)) | numbers(system, model, y)
     words = [f"{word}_{name}" for name in model.joints for word in ("touch", "slip", "stick")]
     given |= dict(zip(words, masks(modes), strict=False))
@@ -45,46 +29,44 @@ def evaluated(system, model, y, modes):
 
 
 def watched(joints, drive, mode, seed=4, **changes):
-    """The reference after a solution in one mode of all joints, the package's outputs, and the state."""
-    system, model = pair(joints, drive, **changes)
-    system = Watched(system.p, system.clearance)
+    """The bodies, their solution in one mode of all joints, the package's outputs, and the state."""
+    system, model = pair(joints, drive=drive, **changes)
     y, modes = scattered(system, seed), dict.fromkeys(joints, mode)
-    system.solve(y, modes)
-    return system, evaluated(system, model, y, list(modes.values())), y
+    return system, system.at_modes(y, modes), evaluated(system, model, y, list(modes.values())), y
 
 
 @pytest.mark.parametrize("drive", ["motor", "speed"])
 @pytest.mark.parametrize("joints", ARRANGEMENTS)
 def test_motion_forces_and_energies(joints, drive):
     for mode in MODES:
-        system, found, y = watched(joints, drive, mode)
-        turning = system.solve(y, dict.fromkeys(joints, mode))[0][2::3]
+        system, solved, found, y = watched(joints, drive, mode)
+        turning = solved.acceleration[ANGLES]
         for k, link in enumerate(LINKS):
             assert found[f"angle:{link}"] == pytest.approx(y[k], rel=1e-12)
-            assert found[f"angular_velocity:{link}"] == pytest.approx(y[system.n + k], rel=1e-12)
+            assert found[f"angular_velocity:{link}"] == pytest.approx(y[system.half + k], rel=1e-12)
         ours = np.array([found[f"angular_acceleration:{link}"] for link in LINKS])
         assert np.abs(ours - turning).max() < 1e-11 * max(1.0, np.abs(turning).max())
-        _check_joints(system, found, y, mode)
+        _check_joints(system, solved, found, mode)
         _check_energy(system, found, y)
 
 
-def _check_joints(system, found, y, mode):
-    for name in system.clearance:
-        c = system.contact(name, y)
+def _check_joints(system, solved, found, mode):
+    for name, touch, _, _ in solved.touches:
+        rho = touch.u + system.clearance[name]
         words = ("journal_x", "journal_y", "eccentricity", "penetration")
         values = [found[f"{word}:{name}"] for word in words]
-        assert values == pytest.approx([*c.r, c.rho, c.u], rel=1e-9, abs=1e-16)
-        assert found[f"eccentricity_ratio:{name}"] == pytest.approx(c.rho / system.clearance[name])
-        assert found[f"contact_angle:{name}"] == pytest.approx(np.arctan2(*c.r[::-1]))
+        assert values == pytest.approx([*(rho * touch.normal), rho, touch.u], rel=1e-9, abs=1e-16)
+        assert found[f"eccentricity_ratio:{name}"] == pytest.approx(rho / system.clearance[name])
+        assert found[f"contact_angle:{name}"] == pytest.approx(np.arctan2(*touch.normal[::-1]))
         speeds = [found[f"{word}_velocity:{name}"] for word in ("normal", "tangential")]
-        assert speeds == pytest.approx([c.v_n, c.v_t], rel=1e-10)
-        assert found[f"normal_force:{name}"] == pytest.approx(0.0 if mode == "free" else c.force, rel=1e-9)
-        assert found[f"stored_energy:{name}"] == pytest.approx(system.p.K * c.u**2 / 2, rel=1e-9)
+        assert speeds == pytest.approx([touch.v_n, touch.v_t], rel=1e-10)
+        force = 0.0 if mode == "free" else touch.law()
+        assert found[f"normal_force:{name}"] == pytest.approx(force, rel=1e-9)
+        assert found[f"stored_energy:{name}"] == pytest.approx(system.p.K * touch.u**2 / 2, rel=1e-9)
 
 
 def _check_energy(system, found, y):
-    stored = sum(system.p.K * max(system.contact(name, y).u, 0.0) ** 2 / 2 for name in system.clearance)
-    mechanical = system.energy(y) - stored
+    mechanical = sum(system.energies(0.0, system.full(y)))
     assert found["kinetic_energy"] + found["potential_energy"] == pytest.approx(mechanical, rel=1e-11)
 
 
@@ -103,30 +85,29 @@ def _check_energy(system, found, y):
 )
 def test_reactions_and_torque_are_the_multipliers(joints, drive, mode):
     for seed in range(3):
-        system, found, y = watched(joints, drive, mode, seed)
-        torque, reactions = system.held()
-        scale = max(1.0, *(abs(v) for pair in reactions.values() for v in pair))
+        system, solved, found, y = watched(joints, drive, mode, seed)
+        reactions = {name: solved.reactions[name][:2] for name in "OABC" if name in solved.reactions}
+        scale = max(1.0, *(np.abs(force).max() for force in reactions.values()))
         for name, force in reactions.items():
             ours = found[f"reaction_x:{name}"], found[f"reaction_y:{name}"]
             assert ours == pytest.approx(tuple(force), abs=1e-11 * scale)
-        law = system.p.a - system.p.b * y[system.n]
-        expected = law if torque is None else torque
+        law = system.p.a - system.p.b * y[system.half]
+        expected = law if drive == "motor" else -solved.reactions["drive"][2]
         assert found["drive_torque"] == pytest.approx(expected, abs=1e-11 * scale)
 
 
 def test_a_pin_reaction_without_gravity():
-    system, found, _ = watched("B", "motor", "slip+", gravity=0.0)
-    for name, force in system.held()[1].items():
-        assert (found[f"reaction_x:{name}"], found[f"reaction_y:{name}"]) == pytest.approx(
-            tuple(force), rel=1e-9
-        )
+    _, solved, found, _ = watched("B", "motor", "slip+", gravity=0.0)
+    for name, force in solved.reactions.items():
+        ours = found[f"reaction_x:{name}"], found[f"reaction_y:{name}"]
+        assert ours == pytest.approx(tuple(force[:2]), rel=1e-9)
 
 
 @pytest.mark.parametrize(("joints", "drive"), [("B", "motor"), ("BC", "speed"), ("OABC", "motor")])
 @pytest.mark.parametrize("mode", MODES)
 def test_power_balance(joints, drive, mode):
     """Power of the drive less what the joints take in is the rate of mechanical energy, along the motion."""
-    system, model = pair(joints, drive)
+    system, model = pair(joints, drive=drive)
     y, modes = scattered(system, 7), [mode] * len(joints)
     rate, energies = system.rate(y, dict(zip(joints, modes, strict=True))), []
     for step in (-2e-7, -1e-7, 1e-7, 2e-7):

@@ -1,4 +1,4 @@
-"""The twin's right-hand side through SUNDIALS' CVODE (scikit-sundae), with its own root functions.
+"""The bodies' free coordinates through SUNDIALS' CVODE (scikit-sundae), with its own root functions.
 
 A second integrator for the same equations: variable-order BDF, events by CVODE's root finder, a new solver
 after every event. A fresh object each time also avoids the event records an old one would keep.
@@ -9,38 +9,39 @@ from __future__ import annotations
 import numpy as np
 from sksundae.cvode import CVODE
 
-from .twin import guard_values, guards, run, tolerances
+from tests.support.multibody_run import State, guards, passed, watched
 
-__all__ = ["advance", "run_cvode"]
+from .four_bar import FourBar
+from .motion import tolerances
+
+__all__ = ["bdf"]
 
 
-def advance(system, modes, t, y, t_stop, rtol):
-    """Advance function for `twin.run`: BDF until a guard falls through 0 or t_stop is reached."""
-    live = guards(system, modes)
+def bdf(system: FourBar, now: State, stop: float, rtol: float):
+    """Go on by BDF to a time or the next event, as `multibody_run.followed` takes it."""
+    ways = watched(system, now)
+    modes = {joint.name: mode for joint, mode in zip(system.loose, now.modes, strict=True)}
+    if thrown := passed(system, now, ways):
+        return now.t, now.y, thrown
 
     def rate(_, state, out):
         out[:] = system.rate(state, modes)
 
-    def roots(_, state, out):
-        out[:] = guard_values(system, modes, state)
+    def roots(t, state, out):
+        out[:] = guards(system, now, ways, t, system.full(state))
 
-    roots.terminal, roots.direction = [True] * len(live), [-1] * len(live)
-    options = {"rtol": rtol, "atol": tolerances(system, rtol), "max_num_steps": 10**8}
-    end = t
+    roots.terminal, roots.direction = [True] * len(ways), [-1] * len(ways)
+    options = {"eventsfn": roots, "num_events": len(ways)} if ways else {}
+    options |= {"rtol": rtol, "atol": tolerances(system, rtol, free=True), "max_num_steps": 10**8}
+    end, y = now.t, system.reduced(now.y)
     for _ in range(20):  # slip that begins from sticking has v_t = v_t' = 0: roots there are rounding
-        solver = CVODE(rate, eventsfn=roots, num_events=len(live), **options)
-        found = solver.solve([end, t_stop], y)
+        found = CVODE(rate, **options).solve([end, stop], y)
         end, y = float(found.t[-1]), np.array(found.y[-1])
         if found.status != 2:
-            if end < t_stop:
+            if end < stop:
                 raise RuntimeError(f"CVODE at t = {end}: {found.message}")
-            return t_stop, y, None, None
+            return stop, system.full(y), None
         k = int(np.argmin(np.where(found.i_events[-1] != 0, -1, 0)))
-        if live[k][1] != "slide" or end - t > 1e-10:
-            return end, y, *live[k]
+        if not ways[k][1].startswith("still") or end - now.t > 1e-10:
+            return end, system.full(y), ways[k]
     raise RuntimeError(f"CVODE finds the same root again and again at t = {end}")
-
-
-def run_cvode(parameters=None, clearance=None, turns=1.0, t_end=None, rtol=1e-12, at=(), start=None):
-    """As `twin.run`, integrated by CVODE; same arguments but ``method``, same result."""
-    return run(parameters, clearance, turns, t_end, method=advance, rtol=rtol, at=at, start=start)

@@ -13,8 +13,8 @@ import jointplay as jp
 from tests.support.linkages import mechanism, start
 
 from ..analysis.test_truth import OTHER_NAMES, found_events
-from .bodies import LINKS
-from .flexible_scenes import SCENES
+from .four_bar import LINKS
+from .scenes import BENT as SCENES
 
 TRUTH = json.loads(Path(__file__).with_name("flexible_truth.json").read_text())
 RECORD = ["angle", "angular_velocity", "angular_acceleration", "reaction_x", "reaction_y"]

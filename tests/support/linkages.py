@@ -8,7 +8,7 @@ from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.parts.beam import Beam, Link
 from jointplay.solver.mechanism.parts.joints import Contact, Friction
 from jointplay.solver.mechanism.records import ConstantSpeed, Mechanism
-from tests.reference.bodies import Bodies, Parameters
+from tests.reference.four_bar import FourBar, Parameters
 
 ARRANGEMENTS = ("B", "C", "A", "O", "BC", "AC", "OABC")
 SMALL = 2.9e-5
@@ -50,18 +50,10 @@ def start(p: Parameters) -> dict[str, float]:
     return {"crank_angle": 0.0, "crank_speed": p.w0}
 
 
-def scattered(system: Bodies, seed: int) -> np.ndarray:
-    """A state in which every joint is displaced by more than its clearance, and moves; any crank angle."""
-    random = np.random.default_rng(seed)
-    size = np.repeat([1e-3, 5.0], system.n)
-    y = system.start() + size * random.standard_normal(2 * system.n)
-    if system.p.drive == "speed":
-        y[system.n] = system.p.w0
-    return y
-
-
-def own_state(system: Bodies, y: np.ndarray) -> np.ndarray:
+def own_state(system: FourBar, y: np.ndarray) -> np.ndarray:
     """The package's positions and speeds at the reference's state y; a prescribed crank is none of them."""
-    if system.p.drive != "speed":
-        return np.array(y)
-    return np.delete(y, [0, system.n])
+    first = int(system.p.drive == "speed" and bool(system.clearance))
+    halves = np.split(np.asarray(y), 2)
+    return np.concatenate(
+        [part for half in halves for part in (half[system.rigid :], half[first : system.rigid])]
+    )

@@ -376,13 +376,21 @@ class System:
         finished = [(name, touch, *_whole(touch, word, F, held[k:])) for name, touch, word, *F, k in touched]
         return SimpleNamespace(acceleration=found[:n], reactions=reactions, touches=finished, now=now)
 
+    def energies(self, t: float, y: np.ndarray) -> tuple[float, float, float]:
+        """Kinetic; of weight and of what loads; of bent links."""
+        now, bent = Now(self, t, y), 0.0
+        potential = sum(load.energy(now) for load in self.loads) - self.weight @ now.q
+        pull = self.gravity * np.array([math.cos(self.direction), math.sin(self.direction)])
+        for name, (beam, own) in self.beams.items():
+            potential -= pull @ beam.raised(now.q[self.at[name] + 2], now.q[own])
+            bent += 0.5 * now.q[own] @ beam.stiffness @ now.q[own]
+        return float(0.5 * now.v @ self.inertia(now)[0] @ now.v), float(potential), float(bent)
+
     def energy(self, t: float, y: np.ndarray, modes: Sequence = ()) -> float:
-        """Kinetic, of weight, of loads, and stored in closed touches; of rigid bodies."""
-        now = Now(self, t, y)
-        stored = sum(load.energy(now) for load in self.loads)
-        for (_, touch), shut in zip(self.touches(now), modes or [False] * 99, strict=False):
-            stored += touch.play.stored(touch.u) if shut and shut not in ("free", "released") else 0.0
-        return 0.5 * now.v @ (self.mass * now.v) - self.weight @ now.q + stored
+        """All of them, and what closed touches store."""
+        touches = zip(self.touches(Now(self, t, y)), modes or [False] * 99, strict=False)
+        shut = [touch for (_, touch), mode in touches if mode and mode not in ("free", "released")]
+        return sum(self.energies(t, y)) + sum(touch.play.stored(touch.u) for touch in shut)
 
 
 def _whole(touch: Touch, mode: str, F: Sequence[float], held: np.ndarray) -> tuple[float, float]:

@@ -8,7 +8,8 @@ line,
     M = Σ μ (JᵀJ − J_0ᵀJ_0),    Q = Σ μ (Jᵀ(g − b) − J_0ᵀ(g − b_0)) − K q − C q̇,
 
 b the acceleration that remains where all those of coordinates are 0. None of the integrals of the model's
-printed equations is used.
+printed equations is used. In the paper's order a particle's velocity and acceleration have nothing of its
+deflection but the deflection's own rate across the link.
 """
 
 from __future__ import annotations
@@ -17,8 +18,6 @@ import math
 
 import numpy as np
 from scipy.linalg import block_diag, eigh
-
-from tests.reference import beams
 
 GAUSS = 24  # points of a row of sine shapes: exact to rounding for the lowest five
 
@@ -37,32 +36,31 @@ class Row:
         Of sine shapes, or of elements.
     axial : bool
         Whether it stretches by two quadratics too.
+    order : "consistent" or "paper"
     """
 
-    def __init__(self, length, mass, stiffness, tension, xi, shapes, number, axial=False):
-        self.length = length
-        if shapes == "hermite":
-            x, weight, across, K, start, end, middle = self._hermite(mass, stiffness, number)
-        else:
-            x, weight, across, K, start, end, middle = self._sines(mass, stiffness, number)
+    def __init__(self, length, mass, stiffness, tension, xi, shapes, number, axial=False, order="consistent"):
+        self.length, self.paper = length, order == "paper"
+        made = {"hermite": self._hermites, "sine": self._sines}[shapes]
+        x, weight, across, K, start, end, middle = made(mass, stiffness, number)
         self.x, self.weight, self.bending = x, weight, across.shape[1]
         along = np.stack([x / length, (x / length) ** 2], axis=1) if axial else np.zeros((len(x), 0))
         self.across = np.hstack([across, np.zeros(along.shape)])
         self.along = np.hstack([np.zeros(across.shape), along])
-        stretch = tension / length * np.array([[1.0, 1.0], [1.0, 4 / 3]]) if axial else np.zeros((0, 0))
-        parts = [(across, K), (along, stretch)]
-        self.stiffness = block_diag(*(K for _, K in parts if len(K)))
-        self.damping = block_diag(*(self._damped(shape, K, xi) for shape, K in parts if len(K)))
+        stretch = tension / length * np.array([[1.0, 1.0], [1.0, 4 / 3]])
+        parts = [(across, K), (along, stretch)][: 1 + axial]
+        masses = [shape.T @ (weight[:, None] * shape) for shape, _ in parts]
+        solved = [eigh(K, M) for (_, K), M in zip(parts, masses, strict=True)]
+        self.stiffness, self.inertia = block_diag(*(K for _, K in parts)), block_diag(*masses)
+        self.frequency = np.sqrt(np.concatenate([square for square, _ in solved]))
+        self.modes = block_diag(*(modes for _, modes in solved))  # of unit mass
+        momenta = self.inertia @ self.modes
+        self.damping = momenta @ np.diag(2 * xi * self.frequency) @ momenta.T
         self.size = len(self.stiffness)
         zero = np.zeros(along.shape[1])
         self.ends = np.append(start, zero), np.append(end, zero)
         self.middle = np.append(middle, zero)
         self.reach = np.append(np.zeros(self.bending), np.ones(along.shape[1]))
-
-    def _damped(self, shape, K, xi):
-        M = shape.T @ (self.weight[:, None] * shape)
-        square, modes = eigh(K, M)
-        return M @ modes @ np.diag(2 * xi * np.sqrt(square)) @ modes.T @ M
 
     def _sines(self, mass, stiffness, number):
         l, k = self.length, np.pi * np.arange(1, number + 1) / self.length
@@ -78,10 +76,25 @@ class Row:
             np.sin(k * l / 2),
         )
 
-    def _hermite(self, mass, stiffness, number):
-        line = beams.Line(beams.Beam(elements=number), self.length, mass)
-        K = line.stiffness * (stiffness / line.bending)
-        return line.x, line.weight, line.shape, K, line.slope_start, line.slope_end, line.middle
+    def _hermites(self, mass, stiffness, number):
+        nodes, weights = np.polynomial.legendre.leggauss(4)  # exact to degree 7; two cubics make 6
+        x = np.array([(k + (v + 1) / 2) * self.length / number for k in range(number) for v in nodes])
+        share = np.tile(weights / 2 / number, number)
+        across, bent = np.moveaxis([self._cubics(at, number) for at in x], 1, 0)
+        K = stiffness * self.length * bent.T @ (share[:, None] * bent)
+        start, end = np.eye(2 * number)[[0, -1]]
+        return x, mass * share, across, K, start, end, self._cubics(self.length / 2, number)[0]
+
+    def _cubics(self, x, number):
+        """Rows of deflection and curvature at x: of slopes at the ends, of both between elements."""
+        h = self.length / number
+        element = min(int(x / h), number - 1)
+        s, out = x / h - element, np.zeros((2, 2 * number + 2))
+        out[:, 2 * element : 2 * element + 4] = (
+            [1 - 3 * s**2 + 2 * s**3, h * (s - 2 * s**2 + s**3), 3 * s**2 - 2 * s**3, h * (s**3 - s**2)],
+            np.array([12 * s - 6, h * (6 * s - 4), 6 - 12 * s, h * (6 * s - 2)]) / h**2,
+        )
+        return np.delete(out, [0, -2], axis=1)
 
     def slope(self, at: float) -> np.ndarray:
         """The row of the slope at an end."""
@@ -98,6 +111,11 @@ class Row:
         """The deflection at mid-length."""
         return float(self.middle @ q)
 
+    def raised(self, angle: float, q: np.ndarray) -> np.ndarray:
+        """Mass times the way x, y by which deflections and stretches move it."""
+        e, n = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
+        return self.weight @ self.along @ q * e + self.weight @ self.across @ q * n
+
     def moved(self, centre, q, v, pull) -> tuple[np.ndarray, np.ndarray]:
         """What the particles add to mass matrix and forces of the body's (x, y, θ, q)."""
         (c, s), w = (math.cos(q[2]), math.sin(q[2])), v[2]
@@ -110,15 +128,16 @@ class Row:
         )
         M, Q = np.zeros((3 + self.size,) * 2), np.zeros(3 + self.size)
         for moved in (True, False):
-            x = self.x - centre + (out if moved else 0.0)
-            y = up if moved else np.zeros(len(x))
+            far = moved and not self.paper
+            x = self.x - centre + (out if far else 0.0)
+            y = up if far else np.zeros(len(x))
             J = np.zeros((len(x), 2, 3 + self.size))
             J[:, 0, 0] = J[:, 1, 1] = 1.0
             J[:, :, 2] = np.outer(x, n) - np.outer(y, e)
             b = -w * w * (np.outer(x, e) + np.outer(y, n))
             if moved:
                 J[:, :, 3:] = e[None, :, None] * self.along[:, None] + n[None, :, None] * self.across[:, None]
-                b += 2 * w * (np.outer(out_rate, n) - np.outer(up_rate, e))
+                b += far * 2 * w * (np.outer(out_rate, n) - np.outer(up_rate, e))
             sign = self.weight * (1 if moved else -1)
             M += np.einsum("p,pai,paj->ij", sign, J, J)
             Q += np.einsum("p,pai,pa->i", sign, J, pull - b)
@@ -126,7 +145,7 @@ class Row:
         return M, Q
 
 
-def row(link) -> Row:
+def row(link, order: str = "consistent") -> Row:
     """The particles of a `Link` that bends."""
     beam = link.beam
     area = beam.area or link.mass / (beam.density * link.length)
@@ -135,4 +154,4 @@ def row(link) -> Row:
         raise ValueError("fewer modes than elements have are not known here")
     number = beam.elements if beam.shapes == "hermite" else beam.size
     numbers = link.length, beam.density * area * link.length, beam.modulus * second, beam.modulus * area
-    return Row(*numbers, beam.damping_ratio, beam.shapes, number, beam.axial)
+    return Row(*numbers, beam.damping_ratio, beam.shapes, number, beam.axial, order)

@@ -12,6 +12,7 @@ dense output is less exact. Ideal joints are kept by projection after every step
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -26,6 +27,7 @@ SAMPLES = 8  # points a step at which guards are looked at
 MOST = 100_000  # events
 STILL = 1e-7  # m/s: a rebound that rises this fast is none
 TOGETHER = 1e-9  # m, of what is met at the instant of an impact
+ROUND = 1e-7  # N, of a force that sticks
 
 
 def assemble(
@@ -114,11 +116,29 @@ WATCHED = {  # by mode
 }
 
 
-def watched(mode: str, play) -> tuple[str, ...]:
-    """What may happen to a touch of this mode."""
-    if mode == "free" and play.restitution is not None:
-        return ("impact",)
-    return tuple(kind for kind in WATCHED[mode] if kind not in ("release", "reload") or not play.tension)
+Ways = Sequence[tuple[int, str]]
+
+
+def watched(system: System, now: State) -> Ways:
+    """What may happen next: (touch, kind)."""
+    plays = [joint.play for joint in system.loose for _ in joint.touches(Now(system, now.t, now.y))]
+    found = []
+    for i, (mode, play) in enumerate(zip(now.modes, plays, strict=True)):
+        kinds = ("impact",) if mode == "free" and play.restitution is not None else WATCHED[mode]
+        found += [(i, kind) for kind in kinds if kind not in ("release", "reload") or not play.tension]
+    return found
+
+
+def guards(
+    system: System, now: State, ways: Sequence[tuple[int, str]], t: float, y: np.ndarray
+) -> list[float]:
+    """What is positive until it happens, of each way that a motion may go from a state."""
+    if any(kind in ("lift", "slides+", "slides-") for _, kind in ways):
+        seen = [(x, F_n, F_t) for _, x, F_n, F_t in system.solve(t, y, now.modes, now.memory).touches]
+    else:
+        seen = [(x, 0.0, 0.0) for _, x in system.touches(Now(system, t, y, now.memory))]
+    cones = [x.play.dry(0.0) * F_n if x.play.dry else 0.0 for x, F_n, _ in seen]
+    return [GUARDS[kind](*seen[i], cones[i]) for i, kind in ways]
 
 
 def mode_of(touch, inside: bool, pushes: bool = False) -> str:
@@ -135,6 +155,15 @@ def mode_of(touch, inside: bool, pushes: bool = False) -> str:
 def closed(modes: Sequence[str]) -> list[bool]:
     """Which touches have their force."""
     return [mode not in ("free", "released") for mode in modes]
+
+
+def passed(system: System, now: State, ways: Ways) -> tuple[int, str] | None:
+    """The first way that is gone already: another touch's event threw one that sticks out of its cone."""
+    if "stick" not in now.modes:
+        return None
+    values = guards(system, now, ways, now.t, now.y)
+    slides = (way for way, x in zip(ways, values, strict=True) if way[1].startswith("slides") and x < -ROUND)
+    return next(slides, None)
 
 
 @dataclass
@@ -165,11 +194,18 @@ def follow(system: System, y: np.ndarray, at: Sequence[float], rtol: float = 1e-
 
 
 def followed(system: System, y: np.ndarray, at: Sequence[float], rtol=1e-11, method=DOP853, **options):
-    """As `follow`: whole states, and events."""
+    """As `follow`: whole states, and events.
+
+    The method is a solver of scipy, with its options; or a function that goes on from a `State` to an end or
+    to the next event, and gives what `_advance` does.
+    """
     now, kept, events = begun(system, y), [], []
     for end in at:
         while now.t < end:
-            now.t, now.y, event = _advance(system, now, end, rtol, method, options)
+            if isinstance(method, type):
+                now.t, now.y, event = _advance(system, now, end, rtol, method, options)
+            else:
+                now.t, now.y, event = method(system, now, end, rtol)
             if event:
                 events += _changed(system, now, *event)
                 if len(events) > MOST:
@@ -328,10 +364,9 @@ def _broken(touches, part, resting, choice, new, impulses, share) -> float:
 def _advance(system, now, end, rtol, method, options):
     """Go on to the next event or the end: time, state and (touch, kind) of the event, or None."""
     modes, memory, n = list(now.modes), list(now.memory), system.n
-    bristles = len(now.y) > 2 * n
-    plays = [joint.play for joint in system.loose for _ in joint.touches(Now(system, now.t, now.y))]
-    ways = [(i, kind) for i, mode in enumerate(modes) for kind in watched(mode, plays[i])]
-    forced = any(kind in ("lift", "slides+", "slides-") for _, kind in ways)
+    bristles, ways = len(now.y) > 2 * n, watched(system, now)
+    options = {"rtol": rtol, "atol": 1e-3 * rtol} | options
+    first = options.pop("first_step", math.inf)
 
     def rate(t, y):
         if not np.isfinite(y).all():  # of a trial step that fails
@@ -340,16 +375,12 @@ def _advance(system, now, end, rtol, method, options):
         bent = [_bending(x, mode) for (_, x, *_), mode in zip(solved.touches, modes, strict=True)]
         return np.concatenate([y[n : 2 * n], solved.acceleration, bent if bristles else []])
 
-    def guards(t, y):
-        if forced:
-            seen = [(x, F_n, F_t) for _, x, F_n, F_t in system.solve(t, y, modes, memory).touches]
-        else:
-            seen = [(x, 0.0, 0.0) for _, x in system.touches(Now(system, t, y, memory))]
-        cones = [x.play.dry(0.0) * F_n if x.play.dry else 0.0 for x, F_n, _ in seen]
-        return [GUARDS[kind](*seen[i], cones[i]) for i, kind in ways]
-
     def steps(t, y, end):
-        return method(rate, t, y, end, rtol=rtol, atol=1e-3 * rtol, **options)
+        begin = {"first_step": first} if first < end - t else {}
+        return method(rate, t, y, end, **begin, **options)
+
+    def values(t, y):
+        return guards(system, now, ways, t, y)
 
     solver = steps(now.t, now.y, end)
     while solver.status == "running":
@@ -359,9 +390,9 @@ def _advance(system, now, end, rtol, method, options):
         if ways:
             path, before = solver.dense_output(), solver.t_old
             for ahead in np.linspace(solver.t_old, solver.t, SAMPLES + 1)[1:]:
-                fallen = [k for k, value in enumerate(guards(ahead, path(ahead))) if value < 0]
+                fallen = [k for k, value in enumerate(values(ahead, path(ahead))) if value < 0]
                 if fallen:
-                    t, k = min((_root(guards, path, k, before, ahead), k) for k in fallen)
+                    t, k = min((_root(values, path, k, before, ahead), k) for k in fallen)
                     return t, projected(system, t, _ended(steps(solver.t_old, start, t))), ways[k]
                 before = ahead
         if solver.status == "running":
