@@ -95,7 +95,7 @@ def test_a_group_against_full_coordinates(name):
     ((_, unknowns),) = Forest.of(mechanism).cuts
     assert len(unknowns) == len(mechanism.links) - 1
     for angle in (-0.4, 0.1, 0.5):
-        check(mechanism, angle, 3.0)
+        check(mechanism, angle)
 
 
 def shifted(model, size, seed=2):

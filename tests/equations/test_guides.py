@@ -8,10 +8,8 @@ import pytest
 from jointplay.solver.codegen import outputs
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
-from tests.equations.test_ideal_loops import CRANK, free, joint, linkage, turned
-from tests.support.full_coordinates import Loose
-from tests.support.multibody import Marker
-from tests.support.multibody_records import from_mechanism
+from tests.equations.test_ideal_loops import CRANK, joint, linkage, turned
+from tests.support.multibody_records import at_state, marker
 from tests.support.plain import Point, masks, plain
 
 SLOW = pytest.mark.nightly
@@ -72,25 +70,11 @@ def scene(name, swapped, drive):
 
 
 def off(mechanism, seed=3):
-    """A state beside the ideal mechanism's, more than the clearance, and the same in all coordinates."""
+    """A state beside the ideal mechanism's, more than the clearance."""
     model, random = assemble(mechanism, {"crank_angle": 0.4}), np.random.default_rng(seed)
     n = len(model.turning)
     state = model.state + np.r_[5e-3 * random.standard_normal(n), 0.5 * random.standard_normal(n)]
-    names = plain(model.structure).STATE[1:]
-    full = Loose(mechanism, free(model, mechanism, names, state), {})
-    return model, state, full
-
-
-def bodies(mechanism, full):
-    """The second program's solution there, every corner closed."""
-    system, y, n = from_mechanism(mechanism, 0.4), [], len(full.x)
-    for link in mechanism.links:
-        i = full.closure.place[link.name]
-        (x, z, angle), (vx, vz, w) = full.x[i : i + 3], full.v[i : i + 3]
-        arm = link.centre * np.array([np.cos(angle), np.sin(angle)])
-        y.append([x + arm[0], z + arm[1], angle, vx - arm[1] * w, vz + arm[0] * w, w])
-    y = np.array(y)
-    return system.solve(0.0, np.r_[y[:, :3].ravel(), y[:, 3:].ravel()], [True] * 4), n
+    return model, state
 
 
 def seen(model, state, mode):
@@ -115,8 +99,9 @@ def seen(model, state, mode):
 )
 def test_forces_and_accelerations(name, swapped, drive):
     mechanism, loose = scene(name, swapped, drive)
-    model, state, full = off(mechanism)
-    found, (theirs, _) = seen(model, state, "contact"), bodies(mechanism, full)
+    model, state = off(mechanism)
+    system, y = at_state(mechanism, model, state)
+    found, theirs = seen(model, state, "contact"), system.solve(0.0, y, ["closed"] * 4)
     scale = np.abs(theirs.acceleration).max()
     for i, link in enumerate(mechanism.links):
         a = theirs.acceleration[3 * i + 2]
@@ -148,16 +133,12 @@ def test_forces_and_accelerations(name, swapped, drive):
             assert found[f"reaction_moment:{pin}"] == pytest.approx(reaction[2], abs=1e-9 * size)
 
 
-def marker(pin):
-    return Marker(pin.link, tuple(pin.point) if pin.point else (pin.at, 0.0), pin.direction)
-
-
 @pytest.mark.parametrize(
     "name", [GUIDE if i else pytest.param(GUIDE, marks=SLOW) for i, GUIDE in enumerate(GUIDES)]
 )
 def test_the_sliding_speeds_rate(name):
     """What decides on sticking, against the difference of the sliding speed along the flow."""
-    model, state, _ = off(scene(name, False, "speed")[0])
+    model, state = off(scene(name, False, "speed")[0])
     functions, n = plain(model.structure), len(model.turning)
 
     def at(h):

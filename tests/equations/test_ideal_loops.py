@@ -1,4 +1,4 @@
-"""Ideal loops and slides: accelerations, reactions, moments and torque against full coordinates."""
+"""Ideal loops and slides: accelerations, reactions, moments and torque against free bodies."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from jointplay.solver.codegen import outputs
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.records import Mechanism, MotorLine
-from tests.support.full_coordinates import Full, Loose
+from tests.support.multibody_records import at_state, marker, started
 from tests.support.plain import Point, plain
 
 NAMES = ("slider_crank", "watt", "stephenson", "quick_return")
@@ -26,33 +26,31 @@ def seen(mechanism, angle, speed=None):
     return {k: float(v) for k, v in found.items()}
 
 
-def check(mechanism, angle, speed):
-    same(Full(mechanism, angle, speed), seen(mechanism, angle, speed))
+def check(mechanism, angle):
+    system, y = started(mechanism, angle)
+    same(mechanism, system.solve(0.0, y, []), seen(mechanism, angle))
 
 
-def same(full, found):
+def same(mechanism, solved, found):
     """Both have the same speeds, accelerations, reactions and torque."""
-    mechanism, (a, loads, torque) = full.mechanism, full.solve()
-    place = full.closure.place
-    scale = np.abs(a).max()
-    for link in mechanism.links:
-        at = place[link.name] + 2
-        assert found[f"angular_velocity:{link.name}"] == pytest.approx(
-            full.v[at], abs=1e-11 * np.abs(full.v).max()
-        )
-        assert found[f"angular_acceleration:{link.name}"] == pytest.approx(a[at], abs=1e-8 * scale)
-    size = max(np.abs(load).max() for load in loads)
-    for joint, load in zip(full.closure.mechanism.joints, loads, strict=True):
-        x, y, moment = full.on_bearing(joint, load)
-        assert found[f"reaction_x:{joint.name}"] == pytest.approx(x, abs=1e-8 * size)
-        assert found[f"reaction_y:{joint.name}"] == pytest.approx(y, abs=1e-8 * size)
+    now, held = solved.now, solved.reactions
+    fastest, scale = (np.abs(values).max() for values in (now.v, solved.acceleration))
+    for name, i in now.at.items():
+        assert found[f"angular_velocity:{name}"] == pytest.approx(now.v[i + 2], abs=1e-11 * fastest)
+        acceleration = solved.acceleration[i + 2]
+        assert found[f"angular_acceleration:{name}"] == pytest.approx(acceleration, abs=1e-8 * scale)
+    size = max(np.abs(force).max() for force in held.values())
+    for joint in (joint for joint in mechanism.joints if joint.ideal):
+        force = [found[f"reaction_{axis}:{joint.name}"] for axis in "xy"]
+        assert force == pytest.approx(held[joint.name][:2], abs=1e-8 * size)
         if joint.prismatic:
+            moment = held[joint.name][2]
             assert found[f"reaction_moment:{joint.name}"] == pytest.approx(moment, abs=1e-8 * size)
-            s, ds = full.closure.slide(full.x, joint)
-            assert found[f"slide_position:{joint.name}"] == pytest.approx(s, abs=1e-13)
-            assert found[f"slide_velocity:{joint.name}"] == pytest.approx(ds @ full.v, abs=1e-11)
-    if torque is not None:
-        assert found["drive_torque"] == pytest.approx(torque, abs=1e-8 * size)
+            along = now.along(marker(joint.journal), marker(joint.bearing))
+            assert found[f"slide_position:{joint.name}"] == pytest.approx(along.slide, abs=1e-13)
+            assert found[f"slide_velocity:{joint.name}"] == pytest.approx(along.slide_rate, abs=1e-11)
+    if "drive" in held:
+        assert found["drive_torque"] == pytest.approx(-held["drive"][2], abs=1e-8 * size)
 
 
 TURN = np.linspace(-3.0, 3.2, 13)
@@ -155,7 +153,7 @@ def test_six_bars_in_closed_form(name):
 def test_examples(name):
     mechanism = getattr(catalog, name)(clearance={}, gravity=9.8)
     for angle in (0.3, 1.9, 3.3, 5.1):
-        check(mechanism, angle, mechanism.drive.speed)
+        check(mechanism, angle)
 
 
 def joint(name, journal, bearing, kind="revolute"):
@@ -250,7 +248,7 @@ def test_every_dyad(name, swapped):
     joints, guess = SCENES[name]
     mechanism = linkage(turned(joints, swapped), guess)
     for angle in (-0.4, 0.5, 1.1):
-        check(mechanism, angle, 3.0)
+        check(mechanism, angle)
 
 
 PLAY = [
@@ -287,26 +285,13 @@ def test_clearance_beside_ideal_loops(name, loose, drive):
     given |= dict(zip(functions.PARAMETERS, model.numbers, strict=True))
     given |= {f"touch_{loose}": 1.0, f"slip_{loose}": 1.0, f"stick_{loose}": 0.0}
     found = {k: float(v) for k, v in outputs.evaluate(functions, functions.OUTPUTS, given).items()}
-    contacts = {loose: [found[f"{word}_force:{loose}"] for word in ("normal", "tangential")]}
-    assert all(contacts[loose])
-    held = free(model, mechanism, functions.STATE[1:], state)
-    same(Loose(mechanism, held, contacts), found)
-
-
-def free(model, mechanism, names, state):
-    """Values and speeds of the free coordinates."""
-    n, found = len(model.turning), {}
-    roots = [chain[0] for chain in model.structure.floats]
-    for i, name in enumerate(names[:n]):
-        word, _, rest = name.partition("_")
-        if word == "theta":
-            key = rest
-        else:
-            key = (None, rest) if word == "slide" else (roots[int(rest)], "xy".index(word))
-        found[key] = state[i], state[n + i]
-    if mechanism.drive.kind == "speed":
-        found |= {"crank": (model.crank_angle, mechanism.drive.speed)}
-    return found
+    system, y = at_state(mechanism, model, state)
+    solved = system.solve(0.0, y, ["slip+"])
+    forces = np.array(solved.touches[0][2:])
+    assert all(forces)
+    ours = [found[f"{word}_force:{loose}"] for word in ("normal", "tangential")]
+    assert ours == pytest.approx(forces, abs=1e-10 * np.abs(forces).max())
+    same(mechanism, solved, found)
 
 
 @pytest.mark.parametrize(

@@ -29,8 +29,8 @@ def loaded(mechanism):
 )
 def test_the_loaded_mechanism_without_play(changes):
     mechanism = loaded(jp.catalog.chunmei2002(clearance=0, **changes))
-    found, states, solved, _ = both(mechanism, 0.3, 1 / 3, MOTION + FORCES)
-    same_motion(found, states, solved, 1e-8)
+    found, system, states, solved, _ = both(mechanism, 0.3, 1 / 3, MOTION + FORCES)
+    same_motion(found, system, states, solved, 1e-8)
     bare, *_ = both(jp.catalog.chunmei2002(clearance=0, **changes), 0.3, 1 / 3, MOTION + FORCES)
     assert np.abs(found.drive_torque - bare.drive_torque).max() > 0.01 * np.abs(bare.drive_torque).max()
 
@@ -38,10 +38,10 @@ def test_the_loaded_mechanism_without_play(changes):
 @pytest.mark.nightly
 def test_the_loaded_mechanism_with_play_at_b():
     mechanism = loaded(jp.catalog.chunmei2002(gear_ratio=3.0, friction=0.0))
-    found, states, solved, events = both(mechanism, 0.0, 0.05, [*MOTION, *FORCES, "normal_force"])
+    found, system, states, solved, events = both(mechanism, 0.0, 0.05, [*MOTION, *FORCES, "normal_force"])
     assert len(events) >= 1
-    same_motion(found, states, solved, 1e-8)
-    agree(found, "normal_force", [[x.touches[0][2]] for x in solved], 1e-8)
+    same_motion(found, system, states, solved, 1e-8)
+    agree(found.normal_force, [[x.touches[0][2]] for x in solved], 1e-8, "normal_force")
     assert found.event_time.values == pytest.approx([event.time for event in events], abs=1e-11)
 
 
@@ -50,8 +50,8 @@ def test_the_loaded_mechanism_with_play_at_b():
 @pytest.mark.parametrize("clearance", [0, 2.9e-5])
 def test_drives(drive, clearance):
     mechanism = jp.catalog.chunmei2002(clearance=clearance, friction=0.0, drive=drive)
-    found, states, solved, events = both(mechanism, 0.3, 0.2, MOTION + FORCES)
-    same_motion(found, states, solved, 1e-8)
+    found, system, states, solved, events = both(mechanism, 0.3, 0.2, MOTION + FORCES)
+    same_motion(found, system, states, solved, 1e-8)
     assert bool(events) == bool(clearance)
     if drive.kind == "profile":
-        agree(found, "drive_torque", [-x.reactions["drive"][2] for x in solved], 1e-8)
+        agree(found.drive_torque, [-x.reactions["drive"][2] for x in solved], 1e-8, "drive_torque")

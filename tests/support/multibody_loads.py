@@ -71,6 +71,22 @@ class Driven:
         return np.array([0.0, 0.0, multipliers[0]])
 
 
+@dataclass(frozen=True)
+class Held:
+    """A number of a state, and its rate, that a start is to have: `of` gives number and row."""
+
+    name: str
+    of: Callable[[Now], tuple[float, np.ndarray]]
+    number: float = 0.0
+    rate: float = 0.0
+    play: ClassVar[None] = None
+
+    def rows(self, now: Now) -> tuple[np.ndarray, ...]:
+        """g, G, g_t and no bias: it holds nothing as time goes on."""
+        number, J = self.of(now)
+        return np.array([number - self.number]), J[None], np.array([-self.rate]), np.zeros(1)
+
+
 def constant_speed(body: str, speed: float, start: float = 0.0) -> Driven:
     """A body that turns at a constant speed from an angle at t = 0."""
     return Driven("drive", body, lambda t: (start + speed * t, speed, 0.0))

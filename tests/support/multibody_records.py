@@ -6,10 +6,13 @@ import math
 
 import numpy as np
 
+from jointplay.solver.mechanism.start import start
 from tests.support import multibody_beams
 from tests.support.multibody import GROUND, Body, Marker, Play, Prismatic, Revolute, System
 from tests.support.multibody_laws import normal, tangential
-from tests.support.multibody_loads import Driven, constant_speed, force, motor, spring, torque, torsion
+from tests.support.multibody_loads import Driven, Held, constant_speed, force, motor, spring, torque, torsion
+from tests.support.multibody_run import assemble
+from tests.support.plain import plain
 
 MECHANISM = ("name", "links", "joints", "drive", "springs", "loads")
 MECHANISM += ("gravity", "gravity_direction", "branch", "order", "guess")
@@ -21,12 +24,56 @@ JOINT += ("half_length", "half_height")
 def from_mechanism(mechanism, crank_angle: float = 0.0) -> System:
     """Bodies and joints of a `Mechanism`; an imposed speed starts at an angle of the crank."""
     _only(mechanism, MECHANISM)
-    if mechanism.order != "consistent" and mechanism.elastic_links:
-        raise ValueError("inertia terms of another order are not known here")
     drives, loads = _drive(mechanism.drive, crank_angle)
     loads += [_spring(each) for each in mechanism.springs] + [_load(each) for each in mechanism.loads]
-    bodies, joints = [_body(link) for link in mechanism.links], [_joint(joint) for joint in mechanism.joints]
+    bodies = [_body(link, mechanism.order) for link in mechanism.links]
+    joints = [_joint(joint) for joint in mechanism.joints]
     return System(bodies, joints, drives, loads, mechanism.gravity, mechanism.gravity_direction)
+
+
+def rough(mechanism, initial=None) -> dict[str, float]:
+    """Angles of the program's start, to two digits: they say which branch."""
+    return {name: round(float(angle), 2) for name, angle in start(mechanism, initial or {}).angles.items()}
+
+
+def started(mechanism, crank_angle: float = 0.0, speed: float | None = None) -> tuple[System, np.ndarray]:
+    """Bodies and their state without play at a crank angle, at the drive's speed if none is given."""
+    system, crank, held = from_mechanism(mechanism, crank_angle), mechanism.crank, {}
+    if not system.drives:
+        drive = mechanism.drive
+        held[crank] = crank_angle, (drive.start_speed if drive else 0.0) if speed is None else speed
+    near = rough(mechanism, {"crank_angle": crank_angle}) | {crank: crank_angle}
+    return system, assemble(system, near, held)
+
+
+def at_state(mechanism, model, state) -> tuple[System, np.ndarray]:
+    """Bodies and their state, with play, at positions and speeds of the program's own unknowns."""
+    system, n = from_mechanism(mechanism, model.crank_angle), len(model.turning)
+    roots, crank = [chain[0] for chain in model.structure.floats], model.crank_angle
+    held = []
+    for name, *pair in zip(plain(model.structure).STATE[1:], state[:n], state[n:], strict=False):
+        word, _, rest = name.partition("_")
+        held.append(Held(name, _seen(system, word, rest, roots), *pair))
+        crank = pair[0] if name == f"theta_{mechanism.crank}" else crank
+    ideal = [joint for joint in system.joints if not joint.play]
+    closing = System(system.bodies, ideal, [*system.drives, *held])
+    return system, assemble(closing, rough(mechanism, {"crank_angle": float(crank)}))
+
+
+def _seen(system, word, rest, roots):
+    """Number and row of an unknown of the program: an angle, a slide, or x or y of a base."""
+    if word == "theta":
+        return lambda now: now.turn(Marker(rest))[:2]
+    if word == "slide":
+        joint = next(joint for joint in system.joints if joint.name == rest)
+
+        def slide(now):
+            along = now.along(joint.journal, joint.bearing)
+            return along.slide, along.slide_row
+
+        return slide
+    root, axis = Marker(roots[int(rest)]), "xy".index(word)
+    return lambda now: tuple(part[axis] for part in now.point(root)[:2])
 
 
 def _drive(drive, start) -> tuple[list, list]:
@@ -99,7 +146,7 @@ def _load(record):
 
     if record.kind == "torque":
         return torque(record.link, size)
-    place = _marker(record.on)
+    place = marker(record.on)
 
     def pull(now) -> np.ndarray:
         angle = record.direction + (now.turn(place)[0] if record.fixed == "link" else 0.0)
@@ -115,7 +162,7 @@ def _only(record, known) -> None:
             raise ValueError(f"{name} of {type(record).__name__} is not known here")
 
 
-def _body(link) -> Body:
+def _body(link, order) -> Body:
     """A link with its point masses, about the mass centre of all."""
     _only(link, LINK)
     own = link.inertia_centre
@@ -124,25 +171,26 @@ def _body(link) -> Body:
     parts += [(point.mass, point.at, 0.0) for point in link.masses]
     mass = sum(m for m, _, _ in parts)
     centre = sum(m * s for m, s, _ in parts) / mass
-    beam = multibody_beams.row(link) if link.elastic else None
+    beam = multibody_beams.row(link, order) if link.elastic else None
     return Body(link.name, mass, sum(J + m * (s - centre) ** 2 for m, s, J in parts), centre, beam)
 
 
 def _joint(joint) -> Revolute | Prismatic:
     _only(joint, JOINT)
     kind = {"revolute": Revolute, "prismatic": Prismatic}[joint.kind]
-    return kind(joint.name, _marker(joint.journal), _marker(joint.bearing), _play(joint))
+    return kind(joint.name, marker(joint.journal), marker(joint.bearing), _play(joint))
 
 
 def _spring(record):
     first, second = getattr(record, "from"), record.to
     if record.kind == "torsion":
         return torsion(Marker(first), Marker(second), record.stiffness, record.angle, record.damping)
-    ends = _marker(first), _marker(second)
+    ends = marker(first), marker(second)
     return spring(*ends, record.stiffness, record.free_length, record.damping)
 
 
-def _marker(pin) -> Marker:
+def marker(pin) -> Marker:
+    """A pin's point and direction."""
     _only(pin, ("link", "at", "point", "direction"))
     at = tuple(pin.point) if pin.link == GROUND else (pin.at, 0.0)
     return Marker(pin.link, at, pin.direction)

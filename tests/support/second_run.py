@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
 
 import jointplay as jp
 from jointplay.analysis.starts import state_names
 from jointplay.solver.mechanism.assemble import assemble as model_of
-from jointplay.solver.mechanism.start import start
 from tests.support.driven import by_tangents, quotient
 from tests.support.features import Scene
-from tests.support.multibody import Now, System
-from tests.support.multibody_records import from_mechanism
+from tests.support.multibody import Now, Prismatic, System
+from tests.support.multibody_loads import Held
+from tests.support.multibody_records import from_mechanism, started
 from tests.support.multibody_run import assemble, followed
 
 RTOL, SECOND = 1e-11, 1e-11
@@ -34,53 +33,32 @@ INSTANT = 1e-12  # s: a pair of events of one touch that undo each other by roun
 AHEAD = 0.3  # rad, to the section
 
 
-@dataclass
-class Along:
-    """The gap of a joint has no part along a direction: for starts off the centre."""
-
-    joint: object
-    direction: np.ndarray
-    play = None
-    name = "along"
-
-    def rows(self, now):
-        """As a joint's."""
-        r, J, _, bias = now.between(self.joint.journal, self.joint.bearing)
-        return (
-            (self.direction @ r)[None],
-            (self.direction @ J)[None],
-            np.zeros(1),
-            (self.direction @ bias)[None],
-        )
-
-
 def begin(scene: Scene, mechanism=None) -> tuple[System, np.ndarray]:
     """The bodies and their state at the start; angles of the program's start are a rough guess."""
-    mechanism = mechanism or scene.mechanism
+    mechanism, given = mechanism or scene.mechanism, scene.initial
+    if "angle" not in given:
+        return started(mechanism, scene.crank_angle, given.get("crank_speed"))
     system = from_mechanism(mechanism, scene.crank_angle)
-    guess = start(mechanism, scene.initial)
-    rough = {name: round(float(angle), 2) for name, angle in guess.angles.items()}
-    if "angle" in scene.initial:
-        ideal = [joint for joint in system.joints if joint.play is None]
-        guides = [
-            joint for joint in ideal if not hasattr(joint, "surface") and type(joint).__name__ == "Prismatic"
-        ]
-        loose = next(joint for joint in system.joints if joint.play)
-        along = [
-            Along(loose, np.array([np.cos(g.bearing.direction), np.sin(g.bearing.direction)])) for g in guides
-        ]
-        given = scene.initial
-        held = {name: (given["angle"][name], given["angular_velocity"][name]) for name in given["angle"]}
-        driven = {part.body for part in system.drives}
-        turned = [name for name in held if name not in driven]
-        turned = [name for name in turned if name not in {joint.journal.body for joint in guides}]
-        closing = System(system.bodies, ideal, [*system.drives, *along])
-        return system, assemble(closing, {**given["angle"]}, {name: held[name] for name in turned})
-    crank, drive = mechanism.crank, mechanism.drive
-    held = {}
-    if not system.drives:
-        held[crank] = scene.crank_angle, scene.initial.get("crank_speed", drive.start_speed if drive else 0.0)
-    return system, assemble(system, rough | {crank: scene.crank_angle}, held)
+    ideal = [joint for joint in system.joints if joint.play is None]
+    guides = [joint for joint in ideal if isinstance(joint, Prismatic)]
+    loose = next(joint for joint in system.joints if joint.play)
+
+    def along(guide):
+        """The gap has no part along a guide: for starts off the centre."""
+        d = np.array([np.cos(guide.bearing.direction), np.sin(guide.bearing.direction)])
+
+        def gap(now):
+            r, J, *_ = now.between(loose.journal, loose.bearing)
+            return d @ r, d @ J
+
+        return Held("along", gap)
+
+    placed = {part.body for part in system.drives} | {joint.journal.body for joint in guides}
+    turned = {
+        name: (x, given["angular_velocity"][name]) for name, x in given["angle"].items() if name not in placed
+    }
+    closing = System(system.bodies, ideal, [*system.drives, *map(along, guides)])
+    return system, assemble(closing, given["angle"], turned)
 
 
 def second(scene: Scene, times, mechanism=None, rtol=SECOND):
