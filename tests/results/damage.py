@@ -18,8 +18,8 @@ import numpy as np
 import jointplay as jp
 from jointplay.display.errors import InputError
 from jointplay.study.results import store
-from tests.cli.fuzz import called, fault
 from tests.figures.test_pictures import PICTURES
+from tests.fuzz.files import called, fault
 
 PAPER = sorted((Path(__file__).parents[2] / "results" / "paper").glob("*.nc"))
 LIMIT = 120.0  # s of CPU time
@@ -215,7 +215,7 @@ def shown(dice, path, options):
             return way, "shown", None
         except InputError as error:
             return way, "refused", None if str(error).strip() else "says nothing"
-    code, _, said, _ = called(ways[way], LIMIT)
+    code, _, said = called(ways[way], LIMIT)
     if code == 0:
         return way, "shown", None
     return way, "refused", f"{code}\n{said}" if code != 2 else fault(code, "", said)

@@ -8,7 +8,7 @@ import jointplay as jp
 from jointplay.kinds import KINDS
 from jointplay.study.results import provenance
 from jointplay.study.results.store import write_result
-from tests.analysis.fuzz_values import CALLS, PAIR
+from tests.fuzz.calls import CALLS, PAIR
 
 pytestmark = pytest.mark.peer
 runner = pytest.importorskip("compliance_checker.runner", reason="needs compliance-checker: the extra cf")

@@ -1,7 +1,6 @@
-"""Mutated study files: accepted or refused with reasons, never a traceback. Ten thousand of them: fuzz.py."""
+"""Mutated study files: accepted or refused with reasons. Ten thousand: `python -m tests.fuzz files`."""
 
 import random
-import re
 import tomllib
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -15,14 +14,14 @@ from jointplay.display.errors import Problem
 from jointplay.kinds import KINDS
 from jointplay.study import vary_table
 from jointplay.study.file import validate
-from tests.cli import mutations
+from tests.fuzz import files, values
 from tests.support.study_samples import BENT, BENT_WRITTEN_OUT, GUIDED, STRETCHED, TEXT, WRITTEN_OUT
 from tests.support.sweep_samples import CELLS, CHAINS
 
 GRID = "gap = { start = 2.9, stop = 3.1, num = 3 }\nrestitution = [0.7, 0.8]\n"
 ZIPPED = CELLS.replace(GRID, "gap = [2.9, 3.0, 3.1]\nrestitution = [0.7, 0.8, 0.7]\nzip = true\n")
 CASES = CELLS.replace(GRID, "cases = [{ gap = 2.9, restitution = 0.7 }, { gap = 3.0, restitution = 0.8 }]\n")
-SHIPPED = {tomllib.loads(text)["kind"]: text for text in mutations.TEXTS}
+SHIPPED = {tomllib.loads(text)["kind"]: text for text in values.TEXTS}
 TEXTS = [
     TEXT,
     WRITTEN_OUT,
@@ -37,7 +36,6 @@ TEXTS = [
     *SHIPPED.values(),
 ]
 SEEDS = st.integers(0, 2**32)
-LINE = re.compile(r"  (\S.*?: got .*; .+|and [\d,]+ more)")
 
 
 def said(path, *words):
@@ -47,7 +45,7 @@ def said(path, *words):
     lines = [line for line in errors.getvalue().splitlines() if not line.startswith("warning ")]
     assert code in (0, 2)
     assert bool(lines) == (code == 2)
-    assert all(LINE.fullmatch(line) for line in lines[1:])
+    assert all(files.LINE.fullmatch(line) for line in lines[1:])
     return "\n".join(lines)
 
 
@@ -77,8 +75,8 @@ def test_a_text_with_characters_changed(text, data, tmp_path_factory):
 @given(seed=SEEDS)
 def test_a_study_with_its_tables_changed(seed, tmp_path_factory):
     dice = random.Random(seed)
-    table = mutations.changed_table(tomllib.loads(dice.choice(TEXTS)), dice)
-    said(written(tmp_path_factory.getbasetemp(), mutations.dumped(table)))
+    table = files.changed_table(tomllib.loads(dice.choice(TEXTS)), dice)
+    said(written(tmp_path_factory.getbasetemp(), files.dumped(table)))
 
 
 @settings(max_examples=60, deadline=None)
@@ -86,7 +84,7 @@ def test_a_study_with_its_tables_changed(seed, tmp_path_factory):
 def test_any_key_set_to_anything_on_the_command_line(seed, tmp_path_factory):
     dice = random.Random(seed)
     text = dice.choice(TEXTS)
-    change = mutations.change(tomllib.loads(text), dice)
+    change = files.change(tomllib.loads(text), dice)
     said(written(tmp_path_factory.getbasetemp(), text), "--set", change)
 
 
@@ -94,8 +92,8 @@ def test_any_key_set_to_anything_on_the_command_line(seed, tmp_path_factory):
 @settings(max_examples=30, deadline=None)
 def test_what_is_written_is_what_was_changed(seed):
     dice = random.Random(seed)
-    table = mutations.changed_table(dice.choice(mutations.TABLES), dice)
-    assert tomllib.loads(mutations.dumped(table)) == table or "nan" in repr(table)  # no NaN equals another
+    table = files.changed_table(dice.choice(values.TABLES), dice)
+    assert tomllib.loads(files.dumped(table)) == table or "nan" in repr(table)  # no NaN equals another
 
 
 @pytest.mark.parametrize(
