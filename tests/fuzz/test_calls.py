@@ -13,7 +13,7 @@ from tests.fuzz.loop import within
 from tests.fuzz.values import accepted, schemas
 
 SLOW = ("basins", "assess", "stress", "readings", "claims", "waveform", "scheme_comparison")
-SLOW += ("work_precision", "sensitivity")
+SLOW += ("work_precision", "sensitivity", "report", "tipping")
 
 
 def test_every_public_name_is_called():
