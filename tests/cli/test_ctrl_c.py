@@ -23,11 +23,9 @@ from jointplay.jobs import interrupts
 from jointplay.solver.motion import progress
 from jointplay.study.results import provenance, store
 from jointplay.study.results.outcome import name_of
+from tests.support.study_samples import SOFT
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-PAIR = (
-    '\n[mechanism]\ncatalog = "soft_impact_pair"\ngap = 1.0\nstiffness = 50.0\ndamping = 1.0\n\n[analysis]\n'
-)
 LENGTH = "turns = 40\nsamples_per_turn = 250\n"
 
 
@@ -53,7 +51,7 @@ def pressing(monkeypatch, place, name, at=1, counts=lambda *_, **__: True):
 @pytest.fixture
 def study(tmp_path):
     """A motion of 10 000 samples."""
-    (tmp_path / "one.toml").write_text(f'kind = "response"\n\n{PAIR}{LENGTH}')
+    (tmp_path / "one.toml").write_text(f'kind = "response"\n\n{SOFT}{LENGTH}')
     return ["run", str(tmp_path / "one.toml"), "--out", str(tmp_path)]
 
 
@@ -119,7 +117,7 @@ def test_of_a_result_that_would_take_long_to_store_a_part_is_kept(study, tmp_pat
 
 
 def test_while_cells_are_gathered_they_are_kept(tmp_path, monkeypatch, capfd):
-    (tmp_path / "one.toml").write_text(f'kind = "section"\n\n{PAIR}turns = 5\n\n[vary]\ngap = [0.9, 1.0]\n')
+    (tmp_path / "one.toml").write_text(f'kind = "section"\n\n{SOFT}turns = 5\n\n[vary]\ngap = [0.9, 1.0]\n')
     command = ["run", str(tmp_path / "one.toml"), "--out", str(tmp_path), "--jobs", "1", "--no-figure"]
     with monkeypatch.context() as patch:
         pressing(patch, gather, "dataset")

@@ -16,6 +16,7 @@ from jointplay.solver.motion import progress
 from jointplay.study.results.outcome import name_of
 from jointplay.study.results.store import open_result
 from tests.support.program import jointplay
+from tests.support.study_samples import SOFT
 
 STUDIES = Path(__file__).parents[2] / "studies"
 
@@ -59,15 +60,6 @@ def test_an_interrupt_ends_a_run_soon_with_a_sentence(seconds, tmp_path):
     assert {path.name for path in (tmp_path / "out").iterdir()} <= {"fig12c.partial.nc"}
 
 
-SYSTEM = """
-[mechanism]
-catalog = "soft_impact_pair"
-gap = 1.0
-stiffness = 50.0
-damping = 1.0
-
-[analysis]
-"""
 KEPT = {
     "response": ("turns = 1000000\nsamples_per_turn = 2\n", lambda found: found.sizes["time"] > 100),
     "section": ("turns = 100000000\n", lambda found: found.sizes["turn"] > 100),
@@ -104,7 +96,7 @@ def interrupting(monkeypatch):
 def test_what_a_single_analysis_has_is_kept_apart_from_its_result(kind, tmp_path, interrupting, capsys):
     analysis, worth_keeping = KEPT[kind]
     study, result = tmp_path / "one.toml", tmp_path / "one.nc"
-    study.write_text(f'kind = "{kind}"\n{SYSTEM}{analysis}')
+    study.write_text(f'kind = "{kind}"\n{SOFT}{analysis}')
     result.write_text("of a run before")
     assert main(["run", str(study), "--out", str(tmp_path), "--fresh"]) == 130
     said = capsys.readouterr()
@@ -128,7 +120,7 @@ def test_a_branch_is_kept_although_no_look_comes(tmp_path, interrupting, monkeyp
     monkeypatch.setattr(progress, "PATIENCE", 0.05)
     analysis, worth_keeping = KEPT["continuation"]
     study = tmp_path / "one.toml"
-    study.write_text(f'kind = "continuation"\n{SYSTEM}{analysis}')
+    study.write_text(f'kind = "continuation"\n{SOFT}{analysis}')
     assert main(["run", str(study), "--out", str(tmp_path), "--fresh"]) == 130
     assert "one.partial.nc" in capsys.readouterr().out
     assert worth_keeping(open_result(tmp_path / "one.partial.nc"))
@@ -137,7 +129,7 @@ def test_a_branch_is_kept_although_no_look_comes(tmp_path, interrupting, monkeyp
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_a_run_that_ends_takes_away_what_an_interrupted_one_kept(tmp_path):
     study, partial = tmp_path / "one.toml", tmp_path / "one.partial.nc"
-    study.write_text(f'kind = "section"\n{SYSTEM}turns = 5\n')
+    study.write_text(f'kind = "section"\n{SOFT}turns = 5\n')
     partial.write_text("of a run before")
     assert main(["run", str(study), "--out", str(tmp_path), "--no-figure"]) == 0
     assert (tmp_path / "one.nc").exists()
@@ -147,7 +139,7 @@ def test_a_run_that_ends_takes_away_what_an_interrupted_one_kept(tmp_path):
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_what_cannot_be_kept_starts_over(tmp_path, interrupting, capsys):
     study = tmp_path / "one.toml"
-    study.write_text(f'kind = "chaos_test"\n{SYSTEM}turns = 100000000\n')
+    study.write_text(f'kind = "chaos_test"\n{SOFT}turns = 100000000\n')
     assert main(["run", str(study), "--out", str(tmp_path), "--fresh"]) == 130
     assert "interrupted: run the same command again to start over" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["one.toml"]

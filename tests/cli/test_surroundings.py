@@ -9,20 +9,10 @@ from pathlib import Path
 import pytest
 
 from jointplay.study.results.store import open_result
+from tests.support.study_samples import SOFT
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="limits and permissions of POSIX")
-STUDY = """kind = "response"
-
-[mechanism]
-catalog = "soft_impact_pair"
-gap = 1.0
-stiffness = 50.0
-damping = 1.0
-
-[analysis]
-turns = 200
-samples_per_turn = 250
-"""
+STUDY = f'kind = "response"\n{SOFT}turns = 200\nsamples_per_turn = 250\n'
 
 
 @pytest.fixture

@@ -201,14 +201,18 @@ class Now:
 
 
 @dataclass(frozen=True)
-class Revolute:
-    """A journal in a bearing: both points coincide, or, with play, may lie its clearance apart."""
+class Joint:
+    """Base class of joints: ideal ones have `rows` g, G, g_t and bias, those with play have touches."""
 
     name: str
     journal: Marker
     bearing: Marker
     play: Play | None = None
     many: ClassVar[int] = 2  # rows
+
+
+class Revolute(Joint):
+    """A journal in a bearing: both points coincide, or, with play, may lie its clearance apart."""
 
     def rows(self, now: Now) -> tuple[np.ndarray, ...]:
         """g, G, g_t and bias of the ideal joint."""
@@ -236,15 +240,8 @@ class Revolute:
         return np.array([*multipliers, 0.0])
 
 
-@dataclass(frozen=True)
-class Prismatic:
+class Prismatic(Joint):
     """A slider (journal) on a guide (bearing): no turn, no rise; with play, four corners in two faces."""
-
-    name: str
-    journal: Marker
-    bearing: Marker
-    play: Play | None = None
-    many: ClassVar[int] = 2  # rows
 
     def rows(self, now: Now) -> tuple[np.ndarray, ...]:
         """g, G, g_t and bias of the ideal joint."""
@@ -290,7 +287,7 @@ class System:
     """Bodies, what joins, drives and loads them; gravity in a direction."""
 
     bodies: Sequence[Body]
-    joints: Sequence[Revolute | Prismatic]
+    joints: Sequence[Joint]
     drives: Sequence = ()
     loads: Sequence[Load] = ()
     gravity: float = 9.8

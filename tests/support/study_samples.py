@@ -234,3 +234,14 @@ def stand_in(monkeypatch, kind, function):
 
     own.asked = asked
     monkeypatch.setattr(kinds, "load", lambda home: own if home == row.home else load(home))
+
+
+SOFT = """
+[mechanism]
+catalog = "soft_impact_pair"
+gap = 1.0
+stiffness = 50.0
+damping = 1.0
+
+[analysis]
+"""
