@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from jointplay import cli
 from jointplay.display.errors import Problem
 from jointplay.kinds import KINDS
+from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.study import vary_table
 from jointplay.study.file import validate
 from tests.fuzz import files, values
@@ -158,6 +159,16 @@ def test_of_a_long_range_some_values_are_tried_out_and_both_ends(form, tmp_path,
     )
     assert "vary.gap" in said(written(tmp_path, text))
     assert sum(tried) == vary_table.TRIED
+
+
+def test_beside_other_mistakes_no_more_of_a_long_range_is_tried(tmp_path, monkeypatch):
+    made, at = [], Parameter.at
+    monkeypatch.setattr(Parameter, "at", lambda self, value: made.append(value) or at(self, value))
+    ranged = CELLS.replace('"lyapunov"', '"bifurcation"').replace(
+        GRID, "gap = { start = 2.9, stop = 3.1, num = 20000 }\n"
+    )
+    assert "analysis.turns" in said(written(tmp_path, ranged), "--set", "analysis.turns=-1")
+    assert 0 < len(made) < 3 * vary_table.TRIED
 
 
 def test_a_wall_beyond_the_reach_of_rounding_is_no_traceback(tmp_path):

@@ -24,7 +24,7 @@ from jointplay.study.models import Study, in_a_study, keyword_of, models
 from jointplay.study.results import provenance
 from jointplay.study.results.store import open_result
 from jointplay.study.vary_table import in_own_units as varied_in_own_units
-from jointplay.study.vary_table import parsed, values
+from jointplay.study.vary_table import parsed, tried
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -117,7 +117,7 @@ def _broken_rules(table: Mapping[str, Any], problems: list[Problem]) -> list[Pro
     if "mechanism" not in wrong:
         given["mechanism"] = build_mechanism(table["mechanism"])
     if "over" in row.function.fields() and "over" not in wrong and "vary" in table:
-        given["over"] = values(parsed(varied_in_own_units(given.get("mechanism"), table["vary"])))
+        given["over"] = tried(parsed(varied_in_own_units(given.get("mechanism"), table["vary"])))
     given = getattr(row.function, "left_out", NONE).completed(in_own_units(given.get("mechanism"), given))
     problems, _ = row.function.asked(given, wrong)
     return in_a_study(problems)

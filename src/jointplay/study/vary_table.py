@@ -184,9 +184,8 @@ def problems(mechanism: Mechanism | TestSystem, vary: Mapping[str, Any], root: s
     if (total := math.prod(map(len, given.values()))) > MANY:
         shown = f"{total} combinations" if total < 10**18 else f"combinations of {len(given)} parameters"
         return [Problem(root, shown, f"at most {MANY} combinations are accepted")]
-    given = {key: [each[i] for i in _sample(vary[key], len(each))] for key, each in given.items()}
     first: dict[str, Problem] = {}
-    for problem in _axis_problems(mechanism, given, root):
+    for problem in _axis_problems(mechanism, tried(vary), root):
         place, _, _ = problem.key.rpartition("[")
         ranged = isinstance(vary.get(place.removeprefix(root).removeprefix(".")), Range)
         key = place if ranged else problem.key
@@ -194,11 +193,15 @@ def problems(mechanism: Mechanism | TestSystem, vary: Mapping[str, Any], root: s
     return list(first.values())
 
 
+def tried(vary: Mapping[str, Any]) -> dict[str, Sequence[float]]:
+    """Values of each parameter that are checked beforehand."""
+    return {key: [each[i] for i in _sample(vary[key], len(each))] for key, each in values(vary).items()}
+
+
 def _sample(given: Any, count: int) -> Sequence[int]:
     """Indices of the values that are checked beforehand: of a long range some, from end to end."""
-    if not isinstance(given, Range) or count <= TRIED:
-        return range(count)
-    return np.linspace(0, count - 1, TRIED).astype(int).tolist()
+    few = not isinstance(given, Range) or count <= TRIED
+    return range(count) if few else np.linspace(0, count - 1, TRIED).astype(int).tolist()
 
 
 def together(vary: Mapping[str, Any]) -> bool:
@@ -232,14 +235,14 @@ def _wrong_cases(
 ) -> list[Problem]:
     """Problems of values that parameters cannot have, and of repeated combinations."""
     problems, seen = [], set()
-    tried = {key: set(_sample(vary.get(key), len(each))) for key, each in given.items()}
+    places = {key: set(_sample(vary.get(key), len(each))) for key, each in given.items()}
     for i, combined in enumerate(zip(*given.values(), strict=True)):
         case = dict(zip(given, combined, strict=True))
         if combined in seen:
             place = join(root, f"cases[{i}]" if "cases" in vary else "zip")
             problems.append(Problem(place, case, "a combination that is not there already is accepted"))
         seen.add(combined)
-        for key, value in ((key, value) for key, value in case.items() if i in tried[key]):
+        for key, value in ((key, value) for key, value in case.items() if i in places[key]):
             place = join(root, f"cases[{i}].{key}" if "cases" in vary else f"{key}[{i}]")
             for problem in _axis_problems(mechanism, {key: (value,)}, root):
                 indexed = problem.key.endswith("]")
