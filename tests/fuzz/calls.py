@@ -258,4 +258,4 @@ def main(calls=3000, seed=0, first=0):
         shown = ", ".join([*map(shortly, positional), *(f"{k}={shortly(v)}" for k, v in given.items())])
         return f"{name}({shown})", [end], wrong
 
-    return tried(f"call of seed {seed}:", range(first, first + calls), case)
+    return tried("call", seed, range(first, first + calls), case)

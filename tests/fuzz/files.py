@@ -315,4 +315,4 @@ def main(files=10_000, seed=0, *kinds):
                 ends += ["run"] * begun
             return f"{' '.join(words)}\n{text}", ends, wrong
 
-        return tried(f"file of seed {seed}:", range(files), case)
+        return tried("file", seed, range(files), case)

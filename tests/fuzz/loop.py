@@ -6,7 +6,7 @@ import signal
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from jointplay.kinds import KINDS
@@ -58,9 +58,10 @@ def brief(kind: str) -> dict[str, Any]:
     return dict(KINDS[kind].trial) | SHORT.get(kind, {})
 
 
-def tried(
-    what: str, numbers: Iterable[int], case: Callable[[int], tuple[str, Iterable[str], str | None]]
-) -> bool:
+Case = tuple[str, Sequence[str], str | None]
+
+
+def tried(what: str, seed: int, numbers: range, case: Callable[[int], Case]) -> bool:
     """Try cases by number: each gives how it is called, how it ended, and what was wrong; whether any was."""
     counts, slow, faults, began = Counter(), [], [], time.process_time()
     for number in numbers:
@@ -71,8 +72,9 @@ def tried(
         slow = sorted([*slow, (took, number)])[-5:]
         if wrong:
             faults.append(number)
-            print(f"---- {what} {number}: {wrong}\n{shown}", flush=True)
+            print(f"---- {what} {number} of seed {seed}: {wrong}\n{shown}", flush=True)
     told = ", ".join(f"{count} {end}" for end, count in counts.items())
-    print(f"{told}; {len(faults)} faults {faults[:20]}; {time.process_time() - began:.0f} s of CPU")
-    print("slowest: " + ", ".join(f"{what} {number} {took:.1f} s" for took, number in reversed(slow)))
+    spent = f"{time.process_time() - began:.0f} s of CPU"
+    print(f"{len(numbers)} {what}s: {told}; {len(faults)} faults {faults[:20]}; {spent}")
+    print("slowest: " + ", ".join(f"{number} {took:.1f} s" for took, number in reversed(slow)))
     return bool(faults)
