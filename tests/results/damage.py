@@ -17,6 +17,7 @@ import numpy as np
 
 import jointplay as jp
 from jointplay.display.errors import InputError
+from jointplay.display.seal import sealed
 from jointplay.study.results import store
 from tests.figures.test_pictures import PICTURES
 from tests.fuzz.files import called, fault
@@ -169,7 +170,7 @@ DAMAGES = [
 
 def damaged(dice, dataset, path):
     """Write a result with one to three damages; in one of ten files bytes are cut off as well."""
-    dataset, done = dataset.copy(deep=True), []
+    dataset, done = sealed(dataset.copy(deep=True)), []
     for _ in range(dice.choice([1, 1, 2, 3])):
         damage = dice.choice(DAMAGES)
         try:

@@ -10,13 +10,20 @@ import jointplay as jp
 from jointplay import cli, figures
 from jointplay.analysis.states.basins import basins
 from jointplay.display.errors import InputError
+from jointplay.display.seal import intact, sealed
 from jointplay.figures.drawing import artists
 from jointplay.study.results import store
+from jointplay.study.results import summary as summary_module
 from tests.figures.support.synthetic import response
 from tests.figures.test_pictures import leaning
 from tests.results import damage
 
 PLANE = {"y": (0.0, 0.5, 3), "v": (0.0, 0.5, 3)}
+STUDY = """
+kind = "response"
+mechanism = { catalog = "impact_pair", gap = 3.6, restitution = 0.8 }
+analysis = { turns = 1 }
+"""
 MANY = pytest.param(2000, marks=[pytest.mark.nightly, pytest.mark.timeout(7200)])
 
 
@@ -62,9 +69,35 @@ def test_basins_without_the_boundarys_dimension_have_an_answer():
 
 
 def test_the_error_that_came_is_the_cause():
-    with pytest.raises(InputError, match="damaged, or of another version") as caught:
+    with pytest.raises(InputError, match="damaged, changed, or of another version") as caught:
         jp.summary(leaning().drop_vars("derivative"))
     assert isinstance(caught.value.__cause__, KeyError)
+
+
+@pytest.mark.parametrize("name", ["bifurcation", "curve", "fig03b", "overview", "time_history of turns"])
+def test_the_seal_of_a_result_outlasts_its_file_and_no_change(name, tmp_path):
+    dataset = sealed(damage.whole()[name]()[0])
+    store.write_result(dataset, tmp_path / "a.nc")
+    back = store.open_result(tmp_path / "a.nc")
+    assert intact(dataset)
+    assert intact(back)
+    for one in damage.DAMAGES:
+        changed = one(random.Random(1), back.copy(deep=True))
+        assert changed.identical(back) or not intact(changed)
+
+
+def test_a_fault_of_our_own_is_not_called_the_files(tmp_path, monkeypatch):
+    """The same error where the file is as it was written, and where it was changed since."""
+    study = tmp_path / "a.toml"
+    study.write_text(STUDY)
+    found = jp.run(study)
+    store.write_result(found, tmp_path / "a.nc")
+    store.write_result(found.assign_attrs(title="Another"), tmp_path / "b.nc")
+    monkeypatch.setattr(summary_module, "answer", lambda dataset: dataset.no_such)
+    with pytest.raises(AttributeError, match="no_such"):
+        jp.summary(jp.open(tmp_path / "a.nc"))
+    with pytest.raises(InputError, match="no_such"):
+        jp.summary(jp.open(tmp_path / "b.nc"))
 
 
 def test_what_a_users_progress_raises_stays_as_it_is(tmp_path):

@@ -127,22 +127,27 @@ def refuse(given: Any, expected: str, key: str = "") -> InputError:
 
 @contextmanager
 def of_a_result(given: Any, but: Callable[[Exception], bool] = lambda error: False) -> Iterator[None]:
-    """Turn any other error in showing a result into an `InputError`: the result is not as it was written.
+    """Turn an error in showing a result that was changed since it was computed into an `InputError`.
 
     Files of others, of other versions, and datasets changed in Python lack what code counts on in more ways
-    than could be asked for beforehand. The error that came is the cause of the one that is raised; errors for
-    which `but` is true stay as they are.
+    than could be asked for beforehand. In a result that is as it was sealed an error is a fault of this
+    program, and stays as it is, as do those for which `but` is true. The error that came is the cause of the
+    one that is raised.
     """
     try:
         yield
     except (InputError, OSError, MemoryError):
         raise
     except Exception as error:
-        if but(error):
+        from jointplay.display.seal import intact  # late: it needs NumPy
+
+        if but(error) or intact(given):
             raise
         why = " ".join(f"{type(error).__name__}: {error}".split())[: _SHORT.maxother]
-        expected = "a result as this version writes it is accepted; this is damaged, or of another version"
-        raise refuse(given, f"{expected} ({why})", "result") from error
+        expected = (
+            "a result as this version computes it is accepted; this one is damaged, changed, or of another"
+        )
+        raise refuse(given, f"{expected} version ({why})", "result") from error
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:

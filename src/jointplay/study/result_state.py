@@ -18,7 +18,7 @@ from jointplay.study.file import validate
 from jointplay.study.models import Study
 from jointplay.study.results import provenance
 from jointplay.study.results.outcome import name_of
-from jointplay.study.results.store import attributes, opened
+from jointplay.study.results.store import attributes, part
 
 NO_NUMBER = ("title", "figure")
 UNREAD = "a study that this version cannot read"
@@ -41,8 +41,8 @@ def result_state(record: Study, path: Path) -> str:
         return ""
     if others := _differences(record, path):
         return f"other {'version' if others == [UNREAD] else 'settings'} ({_listed(others)})"
-    with opened(path) as dataset:
-        ended = name_of(dataset) if "status" in dataset else "ok"
+    stored = part(path, "status")
+    ended = name_of(stored) if "status" in stored else "ok"
     return "done" if ended == "ok" else f"stopped early ({ended})"
 
 

@@ -9,6 +9,7 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from jointplay.display.seal import sealed
 from jointplay.jobs.origin import environment, git_describe, processor, version
 from jointplay.solver.codegen import cache
 
@@ -43,7 +44,7 @@ def record(resolved: dict[str, Any], text: str, processors: Iterable[str] = ()) 
 def attach(
     dataset: xr.Dataset, resolved: dict[str, Any], text: str, processors: Iterable[str] = ()
 ) -> xr.Dataset:
-    """Give a copy of the dataset that holds its provenance: one JSON text, the attribute ``provenance``.
+    """Give a sealed copy of the dataset that holds its provenance: one JSON text, ``provenance``.
 
     For people ``source``, ``history`` (which command made it, as the CF conventions ask) and ``study_toml``.
     """
@@ -55,7 +56,7 @@ def attach(
         "study_toml": text,
         "provenance": json.dumps(origin, ensure_ascii=False),  # in order: that of states has a meaning
     }
-    return dataset.assign_attrs(said)
+    return sealed(dataset.assign_attrs(said))
 
 
 def read(dataset: xr.Dataset) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.display.errors import refuse
+from jointplay.display.seal import sealed
 from jointplay.jobs.files import clear_leftovers, replaced, temporary_name
 from jointplay.jobs.interrupts import held
 from jointplay.solver.mechanism.signature import checked
@@ -58,7 +59,7 @@ def write_partial(dataset: xr.Dataset, path: Path | str) -> Path:
     """
     from jointplay.analysis.partial import thinned
 
-    return _write(thinned(dataset, PARTIAL), Path(path), compress=False)
+    return _write(sealed(thinned(dataset, PARTIAL)), Path(path), compress=False)
 
 
 def _write(dataset: xr.Dataset, path: Path, compress: bool) -> Path:
@@ -164,30 +165,33 @@ def open_result(path: Path | str) -> xr.Dataset:
     jointplay.display.errors.InputError
         When there is no such file, or it is no netCDF file.
     """
-    with opened(path) as dataset:
+    with _reading(path), _dataset(path) as dataset:
         return dataset.load()
 
 
-@contextmanager
-def opened(path: Path | str) -> Iterator[xr.Dataset]:
-    """Open a result file, of which only the parts used are read; `InputError` as of `open_result`."""
+def part(path: Path | str, *names: str) -> xr.Dataset:
+    """The named variables that a result file has, and its attributes; `InputError` as of `open_result`."""
+    with _reading(path), _dataset(path) as dataset:
+        return dataset[[name for name in names if name in dataset]].load()
+
+
+def _dataset(path: Path | str) -> xr.Dataset:
     import xarray as xr
 
-    with _told(path), xr.open_dataset(Path(path).absolute(), engine=ENGINE) as dataset:
-        yield dataset
+    return xr.open_dataset(Path(path).absolute(), engine=ENGINE)
 
 
 def attributes(path: Path | str) -> dict[str, Any]:
     """Attributes of a result file, of which nothing else is read; `InputError` as of `open_result`."""
     from netCDF4 import Dataset
 
-    with _told(path), Dataset(Path(path).absolute()) as file:
+    with _reading(path), Dataset(Path(path).absolute()) as file:
         return {name: file.getncattr(name) for name in file.ncattrs()}
 
 
 @contextmanager
-def _told(path: Path | str) -> Iterator[None]:
-    """Turn an error in reading a result file into an `InputError`."""
+def _reading(path: Path | str) -> Iterator[None]:
+    """Turn an error of the libraries that read a result file into an `InputError`."""
     expected = "the name of a result file (netCDF) that `jointplay run` wrote"
     given = os.fspath(path) if isinstance(path, os.PathLike) else path
     if not isinstance(given, str) or not os.path.isfile(given):
