@@ -92,6 +92,7 @@ joints = { B = { friction = { law = "velvet", coefficient = 0.2, nap = "2 cm/s" 
 [analysis]
 turns = 1
 """
+PAIR = "gap = 3.6\nrestitution = 0.8"
 CHECK = """
 import jointplay as jp
 found = jp.simulate(jp.catalog.seesaw(), turns=0.1, record=["normal_force", "penetration", "normal_velocity"])
@@ -112,12 +113,12 @@ print(len(jp.figure(stored, kind="portrait").axes))
 def run(tmp_path):
     """Run a program where the package of a stranger is installed, with these entry points."""
 
-    def ran(points, *command):
+    def ran(points, *command, more=""):
         info = tmp_path / "stranger-1.0.dist-info"
         info.mkdir(exist_ok=True)
         (info / "METADATA").write_text("Metadata-Version: 2.1\nName: stranger\nVersion: 1.0\n")
         (info / "entry_points.txt").write_text(points)
-        (tmp_path / "stranger.py").write_text(MODULE)
+        (tmp_path / "stranger.py").write_text(MODULE + more)
         path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
         environment = os.environ | {"PYTHONPATH": path}
         command = [sys.executable, *command]
@@ -140,6 +141,18 @@ def test_laws_mechanisms_kinds_and_figures_that_a_package_publishes_are_used_as_
     assert (done.returncode, done.stdout) == (0, "hello everybody\n"), done.stderr
     done = run(POINTS, "-c", "import jointplay as jp; print(jp.echo('hello'), 'echo' in dir(jp))")
     assert done.stdout == "hello True\n", done.stderr
+
+
+def test_cells_that_another_packages_code_computed_are_not_taken_for_those_of_its_changed_code(run, tmp_path):
+    study = STUDY.partition("joints")[0].replace("seesaw", "impact_pair").replace("clearance = 2e-4", PAIR)
+    (tmp_path / "a.toml").write_text(study + "[vary]\ngap = [3.6, 3.7]\n[analysis]\nturns = 1\n")
+    command = ["-m", "jointplay", "run", "a.toml", "--no-figure", "--jobs", "1"]
+    assert run(POINTS, *command).returncode == 0
+    again = run(POINTS, *command)
+    assert "2 of 2 cells are there already" in again.stderr + again.stdout
+    changed = run(POINTS, *command, more="\nOTHER = 1\n")
+    assert changed.returncode == 2
+    assert "these were computed by another" in changed.stderr
 
 
 def test_an_entry_point_that_cannot_be_loaded_names_itself_and_breaks_nothing_else(run):

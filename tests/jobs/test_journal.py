@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import time
+from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
@@ -186,22 +187,31 @@ def test_cells_of_other_code_are_not_mixed(journal, harm, monkeypatch):
 
 
 def test_the_code_counts_every_folder_with_a_kind_of_study():
-    places = {row.function.__module__.replace(".", "/") for row in KINDS.values()}
-    assert all(place.startswith(origin.FOLDERS) for place in places)
+    places = {row.function.__module__ for row in KINDS.values()}
+    counted = (*(folder.replace("/", ".") for folder in origin.FOLDERS), *origin.others())
+    assert all(place.startswith(counted) for place in places)
 
 
-def test_the_code_counts_analyses_and_mechanisms_beside_kernels(tmp_path, monkeypatch):
-    for room in (*origin.FOLDERS, "figures"):
+def test_the_code_counts_analyses_mechanisms_and_packages_of_others_beside_kernels(tmp_path, monkeypatch):
+    rooms = [*origin.FOLDERS, "figures", "stranger/inner", "shared/part"]
+    for room in rooms:
         (tmp_path / room).mkdir(parents=True)
         (tmp_path / room / "a.py").write_text("1")
+    for name in ("stranger/__init__.py", "shared/part/__init__.py", "alone.py"):
+        (tmp_path / name).write_text("raise SystemExit")  # nothing of them is imported
+    points = [("jointplay.laws", "stranger.no:LAW"), ("jointplay.kinds", "alone:ROW")]
+    points += [("jointplay.mechanisms", "shared.part.b:a"), ("jointplay.frictions", "missing.b:a")]
+    entries = {group: [EntryPoint("a", value, group)] for group, value in points}
+    monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(origin, "PACKAGE", tmp_path / "jointplay")
+    monkeypatch.setattr(origin, "published", lambda group: entries[group])
     digest = origin.code.__wrapped__
     first = digest()
     (tmp_path / "figures" / "a.py").write_text("2")
     assert digest() == first
-    for room in origin.FOLDERS:
-        (tmp_path / room / "a.py").write_text("2")
-        assert digest() not in (first, None)
+    for place in [*(f"{room}/a.py" for room in rooms if room != "figures"), "alone.py"]:
+        (tmp_path / place).write_text("2")
+        assert digest() not in (first, None), place
         first = digest()
 
 
