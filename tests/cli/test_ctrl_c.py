@@ -238,7 +238,9 @@ def test_blocks_of_an_array_are_all_of_it(monkeypatch, tmp_path):
         {f"v{i}": ([f"d{i}{j}" for j in range(len(s))], rng.normal(size=s)) for i, s in enumerate(shapes)}
     )
     for write in (store.write_result, store.write_partial):
-        assert store.open_result(write(whole, tmp_path / "a.nc")).identical(whole)
+        kept = store.open_result(write(whole, tmp_path / "a.nc"))
+        kept.attrs.pop("seal", None)
+        assert kept.identical(whole)
     with netCDF4.Dataset(tmp_path / "a.nc") as file:
         assert len([*store._blocks(whole.v0.values, "contiguous")]) > 25
         assert file["v0"].shape == (3, 1000)
