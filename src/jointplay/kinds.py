@@ -238,7 +238,7 @@ _ROWS = (
         "continuation",
         ".analysis.orbits.continuation:continuation",
         ("continuation", "floquet"),
-        "{parameter} from {range[0]:g} to {range[1]:g}, period {period}",
+        "{parameter} from {range[0]} to {range[1]}, period {period}",
         tangents=True,
         kept=True,
         example={"mechanism": {"clearance": 2.9e-5}, "analysis": {"range": (2.9e-5, 3.5e-5), "step": 0.05}},

@@ -155,7 +155,7 @@ def section(found: dict[str, Any]) -> str:
     circle = found["views"][0]["circle"]
     choice = "".join(f"<option>{escape(each['name'])}</option>" for each in found["views"])
     several = f'<label>bearing <select id="live-view">{choice}</select></label>'
-    ideal = "; in the other colour the same mechanism without clearance" if found["ideal"] else ""
+    ideal = "; the second curve is the same mechanism without clearance" if found["ideal"] else ""
     return Template(template.own("live.html")).substitute(
         linkage='<canvas id="live-linkage" role="img" aria-label="The mechanism in motion"></canvas>'
         if found["scene"]

@@ -274,7 +274,7 @@ def motion_section(content: Any) -> str:
 <div class="stage"><canvas id="linkage" role="img" aria-label="The mechanism in motion"></canvas>
 <div>{insets}</div></div>
 <div class="controls"><button id="play" type="button">Play</button>
-<input id="frame" type="range" min="0" value="0" aria-label="Moment"><span id="moment"></span></div>
+<input id="frame" type="range" min="0" value="0" aria-label="Time in the turn"><span id="moment"></span></div>
 <p class="note">{escape(content.motion["note"])} Space plays and stops; the keys , and . step;
 a click in a time history goes there.</p></section>"""
 

@@ -44,7 +44,7 @@ def in_a_file(**analysis):
 @pytest.mark.parametrize("value", [0, -5, 1.5, True, 10**10, "a", math.nan, [1]], ids=repr)
 def test_a_count_that_is_none_is_refused_in_the_same_words_as_in_a_study_file(value):
     said = refused(jp.simulate, PAIR, turns=1, samples_per_turn=value)
-    assert said == {"samples_per_turn": "a whole number of at least 1 and at most 1e+09 is accepted"}
+    assert said == {"samples_per_turn": "a whole number of at least 1 and at most 1e9 is accepted"}
     assert in_a_file(samples_per_turn=value) == said
 
 

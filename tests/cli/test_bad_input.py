@@ -39,7 +39,7 @@ CASES = {  # text, change, words that must be said
     "not positive definite": (
         WRITTEN_OUT,
         "mechanism.links[1].inertia=1e-6",
-        "mechanism.links[1].inertia: got 1e-06; a moment of inertia about the link's origin greater than",
+        "mechanism.links[1].inertia: got 1e-6; a moment of inertia about the link's origin greater than",
     ),
     "no such link": (
         TEXT,
@@ -77,7 +77,7 @@ CASES = {  # text, change, words that must be said
         "normal_velocity too: the figure overview draws them",
     ),
     "a window of no turns": (TEXT, "figure.turns=0", "figure.turns: got 0; a number of turns greater than 0"),
-    "not TOML": ("kind = \n", "name=a", "study file: got 'kind ='; valid TOML;"),
+    "not TOML": ("kind = \n", "name=a", "study file: got 'kind ='; valid TOML is accepted;"),
 }
 
 

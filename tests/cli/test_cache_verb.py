@@ -37,7 +37,7 @@ def test_verification_removes_what_is_damaged_and_says_so(tmp_path):
     first, second = (jointplay("cache", "verify", env=here) for _ in range(2))
     assert first.returncode == 1
     assert f"{damaged} is damaged" in first.stderr
-    assert "0 files of the kernels in use are sound, 1 " in first.stdout
+    assert "0 files of the kernels in use are sound; 1 " in first.stdout
     assert second.returncode == 0
     assert not damaged.exists()
 

@@ -108,7 +108,7 @@ def test_the_table_of_the_docs_is_the_papers_mechanism(tmp_path, capsys):
         (
             ("crank, 30 mm, 0.4489", "crank, 30 kg, 0.4489"),
             "mechanism.links[0].length",
-            "kg comes to kg and not m",
+            "kg does not convert to m",
         ),
         (
             ("crank, 30 mm, coupler", "crnk, 30 mm, coupler"),

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from itertools import permutations
 
 import pytest
 
@@ -48,6 +49,52 @@ def test_a_linkage_written_out_is_the_catalogs(name, tmp_path):
     assert told(load(path).record.mechanism) == told(record)
     assert "catalog" not in path.read_text().replace("jointplay", "")
     assert not re.search(r"\d(0000|9999)\d{8}", path.read_text())  # 0.00019750000000000003
+
+
+@pytest.mark.parametrize("words", [*permutations(["response", "own.toml", "--mechanism=watt"])], ids=" ".join)
+def test_arguments_stand_in_any_order(words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    apart = [part for word in words for part in word.split("=")]
+    assert main(["new", *apart]) == 0
+    assert (tmp_path / "own.toml").read_text() == new("response", "own", "watt")
+
+
+def comments(text):
+    """Table, key and comment of each line that sets a key, or shows its default."""
+    table, above = "", []
+    for line in text.splitlines():
+        head = re.match(r"(?:# )?\[+([\w.]+)", line)
+        if key := re.match(r"(?:# )?(\w+) =", line):
+            *_, beside = re.split(r" # (?=[A-ZΑ-Ωa-zα-ω])", line[2:])
+            yield table, key[1], " ".join([*above, *([beside] if beside != line[2:] else [])])
+        elif head:
+            table = head[1]
+        above = [*above, line[2:].strip()] if line[:2] == "# " and not key and not head else []
+
+
+@pytest.mark.parametrize(
+    "text", [*(new(kind, "own") for kind in KINDS), *(new("response", "own", name) for name in names())]
+)
+def test_each_key_has_a_comment_of_its_own_that_fits_on_the_page(text):
+    body, about = text.partition("[mechanism]")[2], {}
+    for table, key, comment in comments(body):
+        if (table, key) in about and not comment:
+            continue  # of a further link or joint
+        assert comment, (table, key)
+        assert not re.search(r"As in|see `[A-Z]", comment), (key, comment)
+        assert about.setdefault((table, key), comment) == comment
+    assert len({*about.values()}) == len(about)
+    assert all(len(line) <= 110 for line in text.splitlines() if line.startswith("#") and " = " not in line)
+
+
+def test_numbers_are_written_as_a_person_writes_them():
+    text = new("response", "own", "four_bar")
+    assert 'length = "117.5 mm"' in text
+    assert 'clearance = "0.029 mm"' in text
+    assert 'synchronous_speed = "3000 rpm"' in text
+    assert "stiffness = 7.15e6, damping = 228 }" in text
+    for kind in KINDS:
+        assert not re.search(r"\de[-+]0\d|\d\.0\b|\d{7}", new(kind, "own"))
 
 
 def told(record):

@@ -1,6 +1,8 @@
 """Progress: a bar on a terminal, a few lines in a log, silence for what is short."""
 
 import os
+import re
+import threading
 from io import StringIO
 
 import pytest
@@ -8,6 +10,7 @@ import pytest
 import jointplay as jp
 from jointplay.display import terminal
 from jointplay.solver.codegen import cache, place
+from jointplay.solver.motion.progress import reported
 from tests.support.program import jointplay
 
 
@@ -34,7 +37,8 @@ def report(clock, seconds, stream):
 def test_a_log_gets_a_few_plain_lines(clock):
     lines = report(clock, 60.0, StringIO()).splitlines()
     assert 5 <= len(lines) <= 11
-    assert lines[0] == "small: 10% done, about 54 s left"
+    assert lines[0] == "small: 10% done"
+    assert lines[1] == "small: 20% done, about 48 s left"
     assert "\r" not in "".join(lines)
 
 
@@ -43,9 +47,63 @@ def test_a_short_run_is_silent_in_a_log(clock):
 
 
 def test_a_terminal_gets_a_bar(clock):
-    said = report(clock, 60.0, Terminal())
-    assert "\rsmall " in said
-    assert "left" not in said
+    left = []
+    with terminal.Progress("small", stream := Terminal()) as follow:
+        for step in range(1, 101):
+            clock[0] = 0.6 * step
+            follow(step / 100)
+            left += [(step, follow.bar.postfix)]
+    assert "\rsmall " in stream.getvalue()
+    told = {step: float(re.match(r"about (.*) s left", words)[1]) for step, words in left if words}
+    assert [*told] == [*range(11, 100)]
+    assert all(abs(time - 60 * (1 - step / 100)) <= 1 for step, time in told.items())
+
+
+@pytest.mark.parametrize("pace", [0.5, 1.0, 2.0])
+def test_the_time_left_is_told_only_when_it_can_be_known(clock, pace):
+    """A first part that is there at once, as of a journal, and a pace that changes, as of harder cells."""
+    progress = terminal.Progress("small", StringIO())
+    for fraction in (0.2, 0.21, 0.23):
+        progress(fraction)
+        assert progress._left(clock[0], fraction) == ""
+    for step in range(1, 76):  # two thirds at 1 % a second, the last third at another pace
+        clock[0] += 1.0 if step < 51 else pace
+        progress(0.23 + 0.01 * step)
+        told = re.match(r"about ([\d.]+) s left", progress._left(clock[0], 0.23 + 0.01 * step))
+        assert bool(told) == (step >= 7)  # a tenth since the first report
+        if told and step < 60:
+            rest = (75 - max(step, 50)) * pace + max(50 - step, 0)
+            assert rest / 2.05 <= float(told[1]) <= 2.05 * rest, step
+
+
+def slow(clock, seconds, inner=None):
+    @reported
+    def analysis(*, progress=None):
+        for step in range(1, 101):
+            clock[0] += seconds / 100
+            if inner:
+                inner()
+            if progress:
+                progress(step / 100)
+
+    return analysis
+
+
+def test_a_call_that_lasts_has_a_bar_where_somebody_looks_on(clock, monkeypatch):
+    monkeypatch.setattr(terminal.sys, "stderr", stream := Terminal())
+    slow(clock, 2.9)()
+    slow(clock, 60.0)(progress=False)
+    slow(clock, 0.0, slow(clock, 10.0))(progress=lambda fraction: None)
+    other = threading.Thread(target=slow(clock, 60.0))
+    other.start()
+    other.join()
+    assert stream.getvalue() == ""
+    slow(clock, 60.0, slow(clock, 10.0))()
+    assert "\ranalysis " in stream.getvalue()
+    assert stream.getvalue().count("analysis   0 %") <= 1
+    monkeypatch.setattr(terminal.sys, "stderr", log := StringIO())
+    slow(clock, 60.0)()
+    assert log.getvalue() == ""
 
 
 @pytest.fixture

@@ -181,7 +181,10 @@ def test_what_has_cells_no_cells_leaves_no_journal(tmp_path):
     assert has_cells(loaded(FIELD).record)
     kept(text, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["field.nc"]
-    assert next(iter(plan(loaded(text), tmp_path, 1))) == "cells    none: one analysis, run in one piece"
+    assert (
+        next(iter(plan(loaded(text), tmp_path, 1)))
+        == "cells    none: this is one analysis, which runs in one piece"
+    )
 
 
 def _hands_out(module):

@@ -74,14 +74,14 @@ def test_text_forms_name_what_bends(plain):
     mechanism = catalog.chunmei2002(elastic=("coupler",), order="paper")
     assert "; elastic: coupler; " in repr(mechanism)
     lines = mechanism.summary().splitlines()
-    assert lines[2].endswith("kg m², elastic: sine shapes, 4 modes, damping 0.01")
+    assert lines[2].endswith("kg m², elastic: sine shapes, 4 modes, damping ratio 0.01")
     assert lines[-1].endswith("upper branch, paper order")
     assert len(lines) == 10
     rigid = catalog.chunmei2002()
     assert "elastic" not in repr(rigid) + rigid.summary()
     assert "order" not in rigid.summary()
     plain["links"][2] |= {"elastic": True, "beam": {"shapes": "sine", "modes": 3}}
-    assert "elastic: sine shapes, 3 modes, damping 0" in Mechanism(**plain).summary()
+    assert "elastic: sine shapes, 3 modes, damping ratio 0" in Mechanism(**plain).summary()
 
 
 @pytest.mark.parametrize(

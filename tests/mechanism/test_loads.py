@@ -29,8 +29,8 @@ def test_what_a_mechanism_tells_of_its_loads():
     given = catalog.chunmei2002(loads=[FORCE, TORQUE])
     assert Mechanism(**listed(given.model_dump())) == given
     text = given.summary()
-    assert "press: force on rocker at 0.1 m, 0.3 rad in the ground, 5 N harmonics 2 over the angle" in text
-    assert "shake: torque on coupler, 0 N m harmonics 1, 3 over time at 50 rad/s" in text
+    assert "press: force on rocker, 100 mm from its origin, at 17.19 deg to the ground, 5 N with harm" in text
+    assert "shake: torque on coupler, 0 N·m with harmonics 1, 3 over time at 50 rad/s" in text
 
 
 def test_numbers_are_found_by_their_paths():

@@ -7,6 +7,7 @@ import jointplay as jp
 from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.vary import axes
 from jointplay.display.errors import InputError
+from jointplay.display.number_text import typed
 from jointplay.solver.codegen import cache
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import LAWS
@@ -128,7 +129,7 @@ def sides(parameter, h):
 def beyond(one):
     """A value just beyond a bound of a parameter, and that bound as messages write it."""
     (name, limit), *_ = one.bounds.items()
-    return {"gt": limit, "lt": limit, "ge": limit - 1.0, "le": limit + 1.0}[name], f"{limit:g}"
+    return {"gt": limit, "lt": limit, "ge": limit - 1.0, "le": limit + 1.0}[name], typed(limit)
 
 
 @pytest.mark.parametrize("law", [*LAWS, *FRICTIONS])

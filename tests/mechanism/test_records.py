@@ -59,12 +59,12 @@ def test_lookups_by_name():
 def test_text_forms_are_short_and_name_the_parts():
     mechanism = catalog.chunmei2002(clearance={"A": 1e-5, "C": 2e-5})
     assert repr(mechanism) == (
-        "<Mechanism chunmei2002: crank, coupler, rocker; clearance: A 1e-05 m, C 2e-05 m; "
-        "drive: motor, gear ratio 15 on crank, no load at 16.7552 rad/s>"
+        "<Mechanism chunmei2002: crank, coupler, rocker; clearance: A 10 µm, C 20 µm; "
+        "drive: motor, gear ratio 15, crank at 16.7552 rad/s without load>"
     )
     lines = mechanism.summary().splitlines()
     assert len(lines) == 10
-    assert any("joint C" in line and "2e-05 m" in line and "friction 0.01" in line for line in lines)
+    assert any("joint C" in line and "20 µm" in line and "friction 0.01" in line for line in lines)
 
 
 # Bad input in one place
@@ -87,14 +87,14 @@ def test_text_forms_are_short_and_name_the_parts():
             ("links", 1, "length"),
             float("inf"),
             "links[1].length",
-            "a length greater than 0 and at most 1e+09 m",
+            "a length greater than 0 and at most 1e9 m",
         ),
         (("links", 1, "inertia"), float("nan"), "links[1].inertia", "greater than 0 kg m²"),
         (
             ("links", 2, "centre"),
             float("nan"),
             "links[2].centre",
-            "a distance of the mass centre of at least -1e+09 and at most 1e+09 m",
+            "a distance of the mass centre of at least -1e9 and at most 1e9 m",
         ),
         (("links", 1, "inertia"), 1.4e-3, "links[1].inertia", r"mass × centre² = 0.00142756 kg m²"),
         (("links", 1, "name"), "ground", "links[1].name", "other than 'ground'"),

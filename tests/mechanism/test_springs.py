@@ -26,9 +26,9 @@ def test_a_catalog_entry_takes_springs_and_gravity():
     again = Mechanism(**listed(given.model_dump()))
     assert again == given
     text = given.summary()
-    assert "spring return: rocker to ground, 500 N/m, free length 0.08 m" in text
-    assert "spring hinge: torsion, coupler against rocker, 0.4 N m/rad, free at 0 rad" in text
-    assert "towards 0.5 rad" in text
+    assert "spring return: rocker to ground, 500 N/m, free length 80 mm" in text
+    assert "spring hinge: torsion, coupler against rocker, 0.4 N m/rad, free at 0 deg" in text
+    assert "towards 28.65 deg" in text
 
 
 def test_numbers_are_found_by_their_paths():

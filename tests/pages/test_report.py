@@ -155,7 +155,7 @@ def test_the_motion_is_that_of_the_mechanism_and_another_s_is_refused():
     assert "angles of rod, slider are needed" in moving.moving(turning(mechanism), other)[1]
     bent = turning(mechanism)
     bent["angle"] = bent["angle"] + 0.2 * np.arange(3)
-    assert "joints miss by" in moving.moving(bent, mechanism)[1]
+    assert "joints of this one are" in moving.moving(bent, mechanism)[1]
     assert "does not hold it" in moving.moving(bent, None)[1]
 
 

@@ -61,7 +61,8 @@ def test_unknown_exponents_and_twins():
     twins = {"growth": 1.6, "growth_standard_error": 0.12, "growth_difference": -0.4}
     lines = said(exponents(1.64, 0.07, **{name: var((), value) for name, value in twins.items()}))
     assert (
-        lines[1] == "without Jacobians, by twin trajectories, +1.60 ± 0.12 per turn: 0.4 standard errors away"
+        lines[1]
+        == "by twin trajectories, without Jacobians: +1.60 ± 0.12 per turn, 0.4 standard errors from it"
     )
 
 
@@ -69,7 +70,9 @@ def test_a_motion_at_rest_has_the_flow_s():
     names = ("lyapunov_exponent", "lyapunov_standard_error")
     flow = {n: var("exponent", [v], "s-1") for n, v in zip(names, (-0.48, 0.01), strict=True)}
     line = said(exponents(np.nan, np.nan, **flow))[0]
-    assert line.startswith(f"largest exponent of the flow {MINUS}0.480 ± 0.010 per second; the motion rests")
+    assert line.startswith(
+        f"largest exponent of the flow {MINUS}0.480 ± 0.010 per second; the motion is at rest"
+    )
 
 
 def test_a_flow_s_exponents_alone_do_not_tell_stability():
@@ -155,12 +158,12 @@ def test_a_window_in_chaos_is_told_with_its_two_ends():
         clearance=var("clearance", 1e-6 * clearance, "m")
     )
     assert said(found)[1:] == [
-        "windows in chaos, no end of it, which would last 1 %: 93 µm to 93.4 µm (period 2)"
+        "windows within chaos, each narrower than 1 % of the value: 93 µm to 93.4 µm (period 2)"
     ]
     up = diagram(period[::-1], np.full((9, 1), 0.9))
     coords = up.assign_coords(clearance=var("clearance", 1e-6 * clearance[::-1], "m"))
     assert said(coords)[1:] == [
-        "windows in chaos, no end of it, which would last 1 %: 93.4 µm to 93 µm (period 2)"
+        "windows within chaos, each narrower than 1 % of the value: 93.4 µm to 93 µm (period 2)"
     ]
 
 
@@ -211,12 +214,12 @@ def orbit(multiplier, stable, period=1.0):
 def test_an_orbit():
     assert said(orbit((0.073, 0.0), 1)) == [
         "period 1, stable, largest multiplier 0.073",
-        "it lasts 75 ms, contacts begun per turn: 1, closed to 2 × 10⁻¹⁴",
+        "it lasts 75 ms, contacts begun per turn: 1, closed to a residual of 2 × 10⁻¹⁴",
     ]
     pair = said(orbit((-0.372, 0.668), 1))[0]
     assert pair == f"period 1, stable, largest multiplier 0.765 in modulus ({MINUS}0.372 ± 0.668i)"
     assert said(orbit((-1.2, 0.0), 0))[0] == f"period 1, unstable, largest multiplier {MINUS}1.2"
-    assert said(orbit((np.nan, np.nan), 2, np.nan))[0].startswith("no periodic orbit found")
+    assert said(orbit((np.nan, np.nan), 2, np.nan))[0].startswith("no periodic orbit was found")
 
 
 def branches(ends, special=((), ())):
@@ -237,8 +240,8 @@ def branches(ends, special=((), ())):
 def test_a_branch():
     assert said(branches(("max_points", "range"))) == [
         "branch 1, period 1, stable at 3 of 5 points: "
-        "ended at 92.2 µm: as many points as asked for and ended at 106.5 µm: end of the range",
-        "no bifurcation found",
+        "ended at 92.2 µm: the limit on the number of points and ended at 106.5 µm: end of the range",
+        "no bifurcation was found",
     ]
     special = (("period_doubling", "grazing", "grazing"), (9.5e-5, 9.6e-5, 9.7e-5))
     lines = said(branches(("range", "range"), special))
@@ -252,9 +255,9 @@ def test_basins():
     single = {"fraction_none": 0.05, "boundary_dimension": 1.4, "uncertainty_exponent_standard_error": 0.1}
     variables |= {name: var((), value) for name, value in single.items()}
     assert said(result("basins", variables)) == [
-        "2 attractors, by their shares of the starts: no period (70.0 ± 2.0) %, period 1 (25.0 ± 2.0) %",
-        "5 % of the starts reached none",
-        "boundary of dimension 1.40 ± 0.10 in the plane",
+        "2 attractors, with their shares of the starts: no period (70.0 ± 2.0) %, period 1 (25.0 ± 2.0) %",
+        "5 % of the starts reached no attractor",
+        "the boundary of the basins has dimension 1.40 ± 0.10 in the plane",
     ]
 
 
@@ -284,7 +287,7 @@ def test_a_knock_that_is_not_confirmed_says_why():
 
     assert answer() == (
         f"1 (period 1): {word} 0.0003 N m s to 2 (not confirmed: all smaller ones that were tried return, "
-        "73 % of those up to 1.2 times it tip, as at a fractal boundary, 0.00031 N m s is confirmed)"
+        "73 % of those up to 1.2 times its size tip, as at a fractal boundary, 0.00031 N m s is confirmed)"
     )
     assert "those up to 0.0001 N m s that were tried return" in answer(knock_safe=1e-4)
     assert "boundary, none is confirmed" in answer(confirmed_size=np.nan)
@@ -298,7 +301,7 @@ def test_the_test_for_chaos_says_that_it_is_a_test():
     lines = said(result("chaos_test", variables, {"quartile": [0.25, 0.5, 0.75]}))
     assert lines == [
         "0-1 test: chaotic, K = 0.995 (quartiles 0.990 to 1.000)",
-        "it has no error bar: an exponent decides (kind = 'lyapunov')",
+        "the test has no error bar; a Lyapunov exponent decides (kind = 'lyapunov')",
     ]
 
 
@@ -342,7 +345,7 @@ def test_a_response():
     spans |= {"turn_period_nominal": var((), 0.1, "s"), "contact_fraction": var("joint", [0.4])}
     assert said(history(**force, **reaction, **spans)) == [
         "largest forces: contact B 105 N; ideal joints O 8 N, A 9 N",
-        "contacts begun per nominal turn: 1.5; in contact B 40 % of the time",
+        "contacts begun per nominal turn: 1.5; share of the time in contact: B 40 %",
     ]
     assert said(history(largest_normal_force=force["largest_normal_force"])) == [
         "largest normal forces: contact B 101 N"
@@ -365,7 +368,7 @@ def test_a_guide_without_clearance_has_no_part_in_contacts():
     spans = {"recorded_time": var((), 0.2, "s"), "contact_fraction": var("joint", [0.4, np.nan])}
     force = var("joint", [4.0, np.nan], "N")
     found = history("BG", largest_force=force, **spans)
-    assert said(found) == ["largest forces: contact B 4 N", "in contact B 40 % of the time"]
+    assert said(found) == ["largest forces: contact B 4 N", "share of the time in contact: B 40 %"]
 
 
 def test_section_points():
@@ -374,11 +377,13 @@ def test_section_points():
         journals = {f"journal_{x}": var(("turn", "joint"), 1e-4 * values, "m") for x in "xy"}
         return said(result("section", journals | {"clearance": var("joint", [1e-4], "m")}))[0]
 
-    assert points([0.5, 0.7] * 8) == "period 2: 16 section points, equal to rounding of the clearance"
+    assert points([0.5, 0.7] * 8) == "period 2: 16 section points, which repeat to rounding of the clearance"
     assert points(0.5 + 1e-7 * (-1.0) ** np.arange(16)).startswith(
-        "period 1: 16 section points, equal to 2 × 10⁻⁷"
+        "period 1: 16 section points, which repeat to 2 × 10⁻⁷"
     )
-    assert points(np.random.default_rng(1).uniform(size=16)).startswith("no period in 16 section points")
+    assert points(np.random.default_rng(1).uniform(size=16)).startswith(
+        "no period was found in 16 section points"
+    )
 
 
 def test_every_kind_has_an_answer_of_its_own():

@@ -15,7 +15,7 @@ def test_chaos_lives_where_the_growing_direction_is():
     first, second = said()
     assert first == (
         "chaos lives in the play of B 90 %, the bending of links 8 %, the crank's motion 2 % "
-        "(direction that grows by +1.600 ± 0.020 per turn)"
+        "(the direction that grows by +1.600 ± 0.020 per turn)"
     )
     assert second == "angle of the growing direction with the others: at least 1°, median 4.5°"
 
@@ -23,7 +23,7 @@ def test_chaos_lives_where_the_growing_direction_is():
 def test_nothing_grows_and_two_directions_grow():
     errors = ("vector", np.full(3, 1.0))
     (line,) = said(covariant_standard_error_per_turn=errors)
-    assert line.startswith("no chaos: nothing grows for sure; the leading direction, +1.6 ± 1.0 per turn")
+    assert line.startswith("no chaos: no direction grows significantly; the leading one, +1.6 ± 1.0 per turn")
     *_, angles = said(covariant_exponent_per_turn=("vector", [1.6, 0.2, -1.0]))
     assert angles.startswith("angle of the 2 growing directions with the others: at least 10°")
 

@@ -101,8 +101,8 @@ def test_a_figure_of_another_kind_is_refused(kind):
 
 
 def test_length_in_words():
-    assert "120 section points after 0 dropped turns" in validate(study("chaos_test")).summary()
-    assert "4 turns after 1 dropped turns" in validate(study("lyapunov")).summary()
+    assert "chaos_test, 120 section points\n" in validate(study("chaos_test")).summary()
+    assert "4 turns after 1 dropped turn\n" in validate(study("lyapunov")).summary()
 
 
 @pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)

@@ -141,8 +141,8 @@ def test_a_cell_that_crashed_runs_again_though_others_follow_from_it(kind, tmp_p
 
 def test_what_follows_from_the_first_cells_is_told_and_not_called_others(tmp_path, monkeypatch):
     study, given, call = loaded(STUDY), [], execute._Journaled.__call__
-    follow = "others may follow from what these find"
-    assert f"follow   {follow}; not estimated here" in [*plan(study, tmp_path, 1)]
+    follow = "more may follow from what these find"
+    assert f"follow   {follow}, which are not estimated here" in [*plan(study, tmp_path, 1)]
 
     def stopped(journaled, work):
         given.append(work)
@@ -184,5 +184,5 @@ def test_the_answer_is_in_words():
     found = run(loaded(STUDY), jobs=1)
     assert np.isfinite(found["fraction"].values).any()
     lines = answer(found).splitlines()
-    assert lines[0] == "2 motions, at most 2 beside each other (gap 3.6)"
+    assert lines[0] == "2 motions, at most 2 coexist (gap 3.6)"
     assert "period 1, from gap 3.6 to gap 3.68, up to 50 % of the starts" in lines[1]

@@ -233,7 +233,9 @@ def test_status_follows_a_study(tmp_path, capsys):
 
 def test_a_study_of_one_analysis_has_no_cells(tmp_path):
     study = loaded(f"{HEAD}{TAIL}")
-    assert next(iter(plan(study, tmp_path, 2))) == "cells    none: one analysis, run in one piece"
+    assert (
+        next(iter(plan(study, tmp_path, 2))) == "cells    none: this is one analysis, which runs in one piece"
+    )
     with pytest.raises(InputError, match="vary"):
         first_work(study.record)
     assert "gap" not in run(study).dims

@@ -30,7 +30,8 @@ def listed(tmp_path, capsys):
 def test_a_single_run_has_a_status_before_and_after(run, tmp_path):
     assert run("status") == (
         0,
-        "cells    none: one analysis, run in one piece\nresult   none yet; `jointplay run` computes it\n",
+        "cells    none: this is one analysis, which runs in one piece\n"
+        "result   none yet; `jointplay run` computes it\n",
     )
     run("run")
     code, said = run("status")

@@ -12,7 +12,7 @@ def test_every_keyword_is_described_by_its_function():
     tables, kinds = schema()["$defs"], [models(row)[1:] for row in KINDS.values()]
     named = {(m.__name__, key): each for both in kinds for m in both for key, each in _keys(tables, m)}
     assert not [place for place, each in named.items() if not each.get("description")]
-    window = "Theiler's: pairs fewer than so many points apart are left out."
+    window = "Theiler window: pairs of points fewer than so many apart in time are left out."
     assert named["DimensionAnalysis", "window"]["description"] == window
 
 

@@ -170,7 +170,7 @@ def beyond_the_model(history: Quantities) -> dict[str, str]:
     ]
     if not deep:
         return {}
-    text = f"{'; '.join(deep)}: are start, units, loads and contact data as meant?"
+    text = f"{'; '.join(deep)}: please check the start, the units, the loads and the contact data"
     warn(text)
     return {"warning": text}
 

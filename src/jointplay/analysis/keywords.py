@@ -305,11 +305,12 @@ class Integration(TypedDict, total=False):
     Parameters
     ----------
     rtol : float
-        Tolerated error of a step, relative to 1 rad, to the longest link, and to the speeds.
+        Tolerated error of a step, relative to 1 rad, to the longest link and to the speeds.
     max_steps : int, optional
-        Attempted steps after which a run stops with status ``step_limit``.
-    progress : callable, optional
-        Called with the fraction done.
+        Number of attempted steps after which a run stops with status ``step_limit``; no limit if left out.
+    progress : bool or callable, optional
+        A function is called with the fraction done. True shows a bar, or lines in a log; False does not. Left
+        out: a bar on a terminal or in a notebook, of a call that lasts over 3 s.
     """
 
     rtol: Annotated[Rtol, Usual(1e-8)]
@@ -323,9 +324,10 @@ class Motion(Integration, total=False):
     Parameters
     ----------
     initial : mapping or sequence, optional
-        Start: ``crank_angle`` (rad), ``crank_speed`` (rad/s) and ``branch`` of the ideal mechanism, or
-        ``angle`` and ``angular_velocity`` by link; of a test system, its state. `simulate`, `spectrum`,
-        sweeps, orbits and gradients take a whole state too, as an ``end_state``.
+        Where the motion starts: ``crank_angle`` (rad), ``crank_speed`` (rad/s) and ``branch`` of the ideal
+        mechanism, or ``angle`` and ``angular_velocity`` by link; of a test system, its state. The ideal
+        mechanism at crank angle 0 if left out. `simulate`, `spectrum`, sweeps, orbits and gradients take a
+        whole state too, as an ``end_state``.
     """
 
     initial: Annotated[Start | None, Usual(None)]
@@ -336,11 +338,13 @@ class Lasting(Motion, total=False):
 
     Parameters
     ----------
-    turns, duration : float
-        Length after the transient: nominal turns of the crank (or forcing periods), or s. One of them; where
-        none is given, as many turns after a transient as the analysis usually takes.
+    turns : float
+        Length after the transient, in nominal turns of the crank or periods of the forcing; instead of
+        `duration`. Where neither is given, as many turns after a transient as the analysis usually takes.
+    duration : float
+        Length after the transient, s; instead of `turns`.
     transient : float
-        Turns that are followed first.
+        Number of turns of the crank, or periods of the forcing, that are followed first and left out.
     """
 
     turns: Annotated[Length | None, Usual(None)]
@@ -354,7 +358,7 @@ class Settling(Motion, total=False):
     Parameters
     ----------
     transient : int
-        Turns (or periods of the forcing) that are followed first.
+        Number of turns of the crank, or periods of the forcing, that the motion is given to settle.
     """
 
     transient: Annotated[Count, Usual(100)]

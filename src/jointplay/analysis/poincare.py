@@ -41,11 +41,12 @@ def answer(dataset: xr.Dataset) -> str:
         return f"{count} section points"
     found = period(points, TOLERANCE)
     if not found:
-        return f"no period in {count} section points: a longer period, a transient, or no periodic motion"
+        why = "it is longer, the motion has not settled, or it is not periodic"
+        return f"no period was found in {count} section points: {why}"
     spread = max(float(np.ptp(points[rest::found], axis=0).max()) for rest in range(found))
     near = "rounding" if spread < ROUNDING else plain(spread, 1)
     of = "of the clearance" if "journal_x" in dataset else "of each coordinate's size"
-    return f"period {found}: {count} section points, equal to {near} {of}"
+    return f"period {found}: {count} section points, which repeat to {near} {of}"
 
 
 def _points(dataset: xr.Dataset) -> np.ndarray | None:
@@ -102,15 +103,15 @@ def poincare(  # noqa: D417 (nobody gives it the model)
     mechanism : Mechanism or TestSystem
         What moves.
     section : Section
-        Crank angle (of a forced test system, phase of the forcing), contact, separation, or a plane of a
-        recorded quantity.
+        Where the motion is cut: at a crank angle (of a forced test system, a phase of the forcing), at
+        contacts, at separations, or by a plane of a recorded quantity.
     transient : float
-        Turns that are followed first; they take no memory.
+        Number of turns that are followed first and left out; they take no memory.
     record : sequence of str, optional
         As in `simulate`.
     ensemble : bool, optional
-        Whether to follow the motion as an ensemble does, beside those of other cells of a `[vary]`. If left
-        out, there where sixteen or more go side by side and the structure allows it.
+        Whether the motion is followed beside those of other cells of a `[vary]`, in an ensemble. If left out,
+        wherever sixteen or more go side by side and the structure allows it.
 
     Raises
     ------

@@ -220,5 +220,5 @@ def _contacts(dataset: xr.Dataset) -> str:
         loose = dataset["contact_fraction"].values
         names = dataset["joint"].values
         each = [f"{n} {plain(100 * s, 3)} %" for n, s in zip(names, loose, strict=True) if np.isfinite(s)]
-        parts += [f"in contact {', '.join(each)} of the time"] if each else []
+        parts += [f"share of the time in contact: {', '.join(each)}"] if each else []
     return "; ".join(parts)

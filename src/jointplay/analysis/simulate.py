@@ -200,20 +200,21 @@ def simulate(  # noqa: D417 (nobody gives it the model)
     mechanism : Mechanism or TestSystem
         What moves.
     transient : float
-        Turns that are followed first and not recorded.
+        Number of turns that are followed first and not recorded.
     record : sequence of str, optional
         Names of the quantities to record; the usual ones if left out.
     samples_per_turn : int, optional
-        Evenly spaced samples in a nominal turn; 720 unless `at` or `steps` is given.
+        Number of evenly spaced samples in a nominal turn; 720 unless `at` or `steps` is given.
     windows : sequence of pairs of float, optional
-        Keep samples and events only between the first and last nominal turn of each, counted from the start;
-        the motion ends with the last, or after `turns`. Not beside `transient`, `section`, `at`, `steps`.
+        Stretches, each from its first to its last nominal turn counted from the start, of which samples and
+        events are kept; the motion ends with the last, or after `turns`. Not beside `transient`, `section`,
+        `at`, `steps`.
     at : sequence of float, optional
-        Times to sample instead, s, from the start of the motion and none after its end.
+        Times at which to sample instead, s, counted from the start of the motion; none after its end.
     steps : bool
-        True: record at the integrator's own points instead, both sides of every event.
+        Whether to record at the integrator's own points instead, on both sides of every event.
     section : Section, optional
-        Where the motion is cut; the points are recorded beside the histories as ``section_…``.
+        Where the motion is cut; the points are recorded beside the time histories as ``section_…``.
 
     Raises
     ------

@@ -161,11 +161,26 @@ class _Parser(ArgumentParser):
         super().error("; ".join([message, *lost]))
 
 
+class _VerbParser(ArgumentParser):
+    """The parser of a verb, whose options may stand anywhere among what has no name."""
+
+    reading = False
+
+    def parse_known_args(self, args=None, namespace=None):
+        if self.reading:  # the parts into which a line with options in its midst is divided
+            return super().parse_known_args(args, namespace)
+        self.reading = True
+        try:
+            return self.parse_known_intermixed_args(args, namespace)
+        finally:
+            self.reading = False
+
+
 def build_parser() -> ArgumentParser:
     """Make the parser of all verbs."""
     parser = _Parser(prog="jointplay", description="Dynamics of linkages with play in their joints.")
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
-    subparsers = parser.add_subparsers(title="verbs", required=True, metavar="VERB")
+    subparsers = parser.add_subparsers(title="verbs", required=True, metavar="VERB", parser_class=_VerbParser)
     for row in sorted(VERBS.values(), key=lambda row: GROUPS.get(row.function.__module__, len(GROUPS))):
         text = row.function.__doc__ or ""
         own = subparsers.add_parser(

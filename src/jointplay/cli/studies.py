@@ -131,10 +131,11 @@ def _figure_of_run(dataset, options: dict) -> dict | None:
     if "swept" not in dataset.attrs:
         return options
     if (whole := figures.of_sweep(dataset, options)) is None:
-        say("figure  none of the whole sweep; one cell: jointplay.figure(jointplay.cell(result, ...))")
+        one = "jointplay.figure(jointplay.cell(result, ...))"
+        say(f"figure  there is none of the whole sweep; of one cell: {one}")
     elif not options.get("quantity"):
         shown = figures.drawing.cell_quantity.usual(dataset)
-        say(f"figure  {shown} of each cell; others by kind = 'sweep' and quantity in [figure]")
+        say(f"figure  {shown} of each cell; kind = 'sweep' and quantity in [figure] choose another")
     return whole
 
 

@@ -25,10 +25,13 @@ def new_study(arguments: Namespace) -> int:
     """Write a study of one kind to begin with: it runs, and has a comment on every key."""
     from jointplay.study.new import new
 
-    target = Path(arguments.file or f"{arguments.kind}.toml")
+    kind, file = arguments.kind, arguments.file
+    if file and Path(kind).suffix == ".toml":
+        kind, file = file, kind
+    target = Path(file or f"{kind}.toml")
     if target.suffix != ".toml":
         raise InputError([Problem("file", str(target), "a name that ends in .toml is accepted")])
-    _write_new(target, new(arguments.kind, target.stem, arguments.mechanism), "file")
+    _write_new(target, new(kind, target.stem, arguments.mechanism), "file")
     return DONE
 
 
@@ -165,7 +168,7 @@ def keep_cache(arguments: Namespace) -> int:
         raise InputError([Problem("--all", arguments.action, "accepted beside prune only")])
     if arguments.action == "verify":
         sound, removed = upkeep.verify()
-        print(f"{sound} files of the kernels in use are sound, {removed} were not and are removed")
+        print(f"{sound} files of the kernels in use are sound; {removed} were damaged and have been removed")
         return FAILED if removed else DONE
     if arguments.action == "prune":
         print(f"removed {len(upkeep.prune(arguments.all))} of the cached kernel folders")

@@ -58,5 +58,5 @@ CHANGE = changes("change one value of the study, such as mechanism.clearance=1e-
 NO_FIGURE = option("--no-figure", action="store_true", help="store the result only")
 JOBS = option("--jobs", type=int, default=2, metavar="N", help="worker processes (default: 2)")
 FRESH = option(
-    "--fresh", action="store_true", help="drop what an earlier run finished, also with other settings"
+    "--fresh", action="store_true", help="discard what an earlier run finished, even with other settings"
 )

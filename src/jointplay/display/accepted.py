@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from jointplay.display.errors import NOTHING, SHOWN, InputError, Problem, join, unknown
+from jointplay.display.number_text import typed
 
 _UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 _BOUNDS = {"gt": "greater than", "ge": "of at least", "lt": "less than", "le": "at most"}
@@ -48,6 +49,11 @@ class Refused:
 def units_of(field: Any) -> str | None:
     """Units that a model's field declares; None where it holds no quantity."""
     return _Spot(field.annotation, field)._description.get("units")
+
+
+def accepted_values(annotation: Any, field: Any = None) -> str:
+    """Values that a type takes, as ``a number greater than 0``; empty where the type does not say."""
+    return _Spot(annotation, field).accepted().removesuffix(" is accepted").removesuffix(",")
 
 
 def above_zero(field: Any) -> bool:
@@ -175,7 +181,7 @@ class _Spot:
         noun = extra["noun"] if "units" in extra else plain
         units = extra.get("units", "1")
         bounds = _bounds(getattr(self.field, "metadata", ())) | _bounds([self.annotation])
-        limits = " and ".join(f"{_BOUNDS[name]} {value:g}" for name, value in bounds.items())
+        limits = " and ".join(f"{_BOUNDS[name]} {typed(value)}" for name, value in bounds.items())
         unit = "" if units == "1" else f" {units}" if limits else f" in {units}"
         is_number = isinstance(given, numbers.Number) and not isinstance(given, bool)
         form = "" if is_number or given is NOTHING or noun == plain else f", as a {plain},"

@@ -62,4 +62,4 @@ def _parameters(doc: str) -> dict[str, str]:
 
 def first_sentence(text: str) -> str:
     """Give the first sentence of a description, without its full stop."""
-    return re.split(r"\.\s+(?=[A-Z0-9])|\.$", text, maxsplit=1)[0]
+    return re.split(r"\.\s+(?=[A-Z0-9`])|\.$", text, maxsplit=1)[0]

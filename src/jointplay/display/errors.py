@@ -1,6 +1,6 @@
 """Errors in a user's input: every problem at once, with its key path, its value and the accepted ones.
 
-Only the standard library is imported here, so that the command line can start and fail fast; pydantic's
+Only the standard library is needed here, so that the command line can start and fail fast; pydantic's
 errors and models are read by their attributes alone.
 """
 
@@ -20,6 +20,8 @@ from functools import cached_property
 from itertools import islice, takewhile
 from typing import Any
 
+from jointplay.display.number_text import typed
+
 
 class _Nothing:
     """Placeholder of a value that was not given."""
@@ -32,6 +34,10 @@ NOTHING = _Nothing()
 
 
 class _Short(reprlib.Repr):
+    def repr_float(self, x: float, level: int) -> str:
+        rounded = float(f"{x:.15g}")
+        return typed(rounded, 0) if "e" in repr(rounded) else repr(rounded)
+
     def repr_int(self, x: int, level: int) -> str:  # Python itself refuses to write thousands of digits
         digits = int(x.bit_length() / 3.3219)
         return repr(x) if abs(x) < 10**self.maxlong else f"<a number of {digits} digits>"
@@ -217,4 +223,4 @@ def _shown(given: Any) -> str:
     if getattr(given, "ndim", None) == 0 and hasattr(given, "item"):
         given = given.item()
     plain = isinstance(given, numbers.Number) and not isinstance(given, int)
-    return repr(given) if plain else _SHORT.repr(given)
+    return repr(given) if plain and not isinstance(given, float) else _SHORT.repr(given)

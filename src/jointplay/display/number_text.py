@@ -1,6 +1,7 @@
 """Numbers in words: a value with its error to the digits that it leaves, units with raised powers."""
 
 import math
+from decimal import Decimal
 
 MINUS = str.maketrans("-", "\N{MINUS SIGN}")
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
@@ -33,6 +34,24 @@ def plain(value: float, digits: int = 6) -> str:
     mantissa, _, power = f"{value:.{digits}g}".partition("e")
     tail = f" × 10{str(int(power)).translate(RAISED)}" if power else ""
     return mantissa.translate(MINUS) + tail
+
+
+def typed(value: float, digits: int = 6) -> str:
+    """Return a number as one types it into a file: ``0.00029``, ``7.15e6``; of 0 digits, with all of them."""
+    number = Decimal(f"{value:.{digits}g}" if digits else repr(float(value)))
+    if not number.is_finite():
+        return str(float(value))
+    number, size = number.normalize(), number.adjusted() if number else 0
+    written, powered = f"{number:f}", f"{number.scaleb(-size).normalize():f}e{size}"
+    return powered if size < -4 or (size > 4 and len(powered) < len(written)) else written
+
+
+def duration(seconds: float) -> str:
+    """Return a time in the unit in which it is at least 2: ``40 s``, ``3.5 min``, ``2.0 h``."""
+    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.1f} {unit}"
+    return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.2g} s"
 
 
 def raised(units: str) -> str:

@@ -1,27 +1,27 @@
 """The terminal: progress, and text that cannot steer it, as titles and names come from files of others."""
 
 import logging
+import multiprocessing
 import re
 import sys
+import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import (
-    AbstractContextManager,
-    ExitStack,
-    contextmanager,
-    nullcontext,
-    redirect_stderr,
-    redirect_stdout,
-)
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, nullcontext, redirect_stderr, redirect_stdout
+from contextvars import ContextVar
 from typing import Any, Self, TextIO
+
+from jointplay.display.number_text import duration
 
 # control characters but tab and newline, marks that turn the direction of text, halves of characters
 STEERING = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
 LOG = logging.getLogger("jointplay")
-STEP = 0.1  # of the run, between two plain lines
+STEP = 0.1  # of the run: between two plain lines, and until the time that is left is known
 PATIENCE = 2.0  # s; a run shorter than this stays silent in a log
+WAIT = 3.0  # s; a call of which nobody asked for progress is not shown before
+_asked: ContextVar[bool] = ContextVar("asked", default=False)  # whether a call around this one tells it
 
 
 def harmless(text: str) -> str:
@@ -63,11 +63,34 @@ def harmless_output() -> Iterator[None]:
         yield
 
 
-def requested_progress(
-    progress: bool | Callable[[float], None] | None, name: str
-) -> AbstractContextManager[Callable[[float], None] | None]:
-    """The progress that a caller wants, as a ``with`` block: True shows it under a name; None: none."""
-    return Progress(name) if progress is True else nullcontext(progress or None)
+@contextmanager
+def requested_progress(progress: Any, name: str) -> Iterator[Any]:
+    """The progress that a caller wants, as a ``with`` block: True shows it under a name, False does not.
+
+    Left out (None), it is shown where somebody looks on and the block lasts; within the block of another
+    call, whose progress that call tells, it is not.
+    """
+    left_out = progress is None and not _asked.get() and _looked_on()
+    shown = Progress(name, patience=WAIT if left_out else 0.0) if left_out or progress is True else None
+    before = _asked.set(True)
+    try:
+        with shown or nullcontext(None if isinstance(progress, bool) else progress) as told:
+            yield told
+    finally:
+        _asked.reset(before)
+
+
+def _looked_on() -> bool:
+    """Whether a terminal or a notebook shows what this thread writes, and no worker does."""
+    main = threading.current_thread() is threading.main_thread()
+    return main and multiprocessing.current_process().name == "MainProcess" and _live(sys.stderr)
+
+
+def _live(stream: TextIO | None) -> bool:
+    """Whether a bar can be drawn on a stream: a terminal, or that of a notebook."""
+    kernel = getattr(sys.modules.get("ipykernel.zmqshell"), "ZMQInteractiveShell", None)
+    notebook = kernel is not None and kernel.initialized() and stream is sys.stderr
+    return stream is not None and (stream.isatty() or notebook)
 
 
 class Progress(logging.Handler):
@@ -81,27 +104,38 @@ class Progress(logging.Handler):
         What runs.
     stream : text stream, optional
         Where to report; standard error by default.
+    patience : float
+        Seconds after which a bar appears.
     """
 
-    def __init__(self, name: str, stream: TextIO | None = None):
+    def __init__(self, name: str, stream: TextIO | None = None, patience: float = 0.0):
         super().__init__(logging.INFO)
         self.name = name
         self.stream = sys.stderr if stream is None else stream
         self.bar: Any = None
+        self.live = False
+        self.patience, self.entered = patience, time.monotonic()
         self.said, self.last, self.lines = 0.0, time.monotonic(), set[str]()
         self.began: tuple[float, float] | None = None  # when the first fraction came, and which
 
     def __enter__(self) -> Self:
-        if self.stream is not None and self.stream.isatty():
-            from tqdm import tqdm
-
-            stream = getattr(self.stream, "inner", self.stream)  # a bar steers the terminal
-            shape = "{desc} {percentage:3.0f} % |{bar}| {elapsed} < {remaining}"
-            self.bar = tqdm(total=1.0, desc=self.name, file=stream, bar_format=shape, leave=False)
+        self.live, self.entered = _live(self.stream), time.monotonic()
+        if not self.patience:
+            self._draw()
         self.level_before = LOG.level
         LOG.setLevel(min(LOG.getEffectiveLevel(), logging.INFO))
         LOG.addHandler(self)
         return self
+
+    def _draw(self) -> None:
+        """Begin the bar where one can be drawn, once it is time."""
+        if self.live and self.bar is None and time.monotonic() - self.entered >= self.patience:
+            from tqdm import tqdm
+
+            stream = getattr(self.stream, "inner", self.stream)  # a bar steers the terminal
+            shape = "{desc} {percentage:3.0f} % |{bar}| {elapsed}{postfix}"
+            self.bar = tqdm(total=1.0, desc=self.name, file=stream, bar_format=shape, leave=False)
+            self.bar.start_t -= time.monotonic() - self.entered
 
     def emit(self, record: logging.LogRecord) -> None:
         """Show a logged message."""
@@ -122,17 +156,27 @@ class Progress(logging.Handler):
 
     def __call__(self, fraction: float) -> None:
         """Report the fraction done, 0 to 1."""
+        now = time.monotonic()
         if self.began is None:  # what went before was compiling, and tells nothing of the rest
-            self.began = time.monotonic(), fraction
+            self.began = now, fraction
+        self._draw()
         if self.bar is not None:
+            self.bar.set_postfix_str(self._left(now, fraction), refresh=False)
             self.bar.update(fraction - self.bar.n)
         elif (
             self.stream is not None
+            and not self.live
             and fraction > self.began[1]
             and fraction - self.said >= STEP
-            and time.monotonic() - self.last >= PATIENCE
+            and now - self.last >= PATIENCE
         ):
-            self.said, self.last = fraction, time.monotonic()
-            start, first = self.began
-            left = (self.last - start) * (1 - fraction) / (fraction - first)
-            print(f"{self.name}: {fraction:.0%} done, about {left:.0f} s left", file=self.stream, flush=True)
+            self.said, self.last = fraction, now
+            words = ", ".join(filter(None, (f"{fraction:.0%} done", self._left(now, fraction))))
+            print(f"{self.name}: {words}", file=self.stream, flush=True)
+
+    def _left(self, now: float, fraction: float) -> str:
+        """How long it still takes, at the mean pace so far; empty until enough is done to say so."""
+        start, first = self.began or (now, fraction)
+        if fraction - first < STEP or now - start < PATIENCE or fraction >= 1:
+            return ""
+        return f"about {duration((now - start) * (1 - fraction) / (fraction - first))} left"

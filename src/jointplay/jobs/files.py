@@ -77,7 +77,7 @@ def lock(path: Path, shown: Path) -> Iterator[None]:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             file.seek(0)
-            expected = f"one run at a time is accepted; process {file.read().strip()} is at it"
+            expected = f"one run at a time is accepted; process {file.read().strip()} is running it"
             raise Busy([Problem("journal", str(shown), expected)]) from None
         file.truncate(0)
         file.write(f"{os.getpid()} on {os.uname().nodename}")

@@ -74,9 +74,9 @@ class Journal:
     def notes(self, keys: Iterable[str]) -> Iterator[str]:
         """Lines about damaged, foreign and unknown files, and about the cells with these keys."""
         aside = {
-            "damaged part(s) left aside, their cells run again": self.damaged,
-            "part(s) of other code left aside": self.foreign,
-            "file(s) ignored that no journal has": self.unknown_files(),
+            "damaged part(s) set aside; their cells run again": self.damaged,
+            "part(s) of other code set aside": self.foreign,
+            "file(s) ignored that are no part of a journal": self.unknown_files(),
         }
         for reason, names in aside.items():
             if names:

@@ -79,7 +79,7 @@ def mixed(kinds: set[str]) -> str | None:
     if len(kinds) < 2:
         return None
     names = ", ".join(sorted(kinds))
-    return f"{len(kinds)} kinds of processors ({names}): not bit for bit what one kind gives"
+    return f"{len(kinds)} kinds of processors ({names}): the result is not bit for bit that of one kind"
 
 
 def environment() -> dict[str, str]:

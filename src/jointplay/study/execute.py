@@ -125,7 +125,9 @@ def complete(
     """
     record, name = study.record, study.record.name
     if share and not has_cells(record):
-        expected = "accepted for studies with cells, such as by [vary]; this is one analysis"
+        expected = (
+            "this is accepted of a study with cells, such as one with [vary]; this one is a single analysis"
+        )
         raise InputError([Problem("--part", name, expected)])
     with ExitStack() as held:
         kept = _Journaled(record, journal_of(out, name, share), pool, say, held, fresh, share)

@@ -34,7 +34,8 @@ def run(
     study : path-like
         A study file (TOML), or a result (``.nc``), whose study is run again.
     progress : bool or callable
-        True shows how far the run is; a function is called with the fraction done.
+        True shows how far the run is, False does not; a function is called with the fraction done. Left out:
+        a bar on a terminal or in a notebook, of a run that lasts over 3 s.
     jobs : int, optional
         Worker processes, for studies that have cells.
     **changes

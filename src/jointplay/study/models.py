@@ -6,7 +6,8 @@ defaults and rules come from there. What all kinds share is in `Study`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, cached_property, partial
 from inspect import signature
@@ -29,9 +30,12 @@ from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.vary import largest
 from jointplay.display.errors import NOTHING, InputError, Problem, join, refuse, unknown
+from jointplay.display.number_text import counted, typed
 from jointplay.display.terminal import one_line
+from jointplay.display.units import measure
 from jointplay.kinds import Kind, load
 from jointplay.solver.mechanism.base import Record, named
+from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.mechanism.signature import first
 from jointplay.study import vary_table
@@ -214,25 +218,31 @@ class Study(OfKind):
         lines = [
             f"{self.name}: {self.heading}",
             f"kind       {self.kind}, {self._length()}",
-            f"tolerance  {self.integrator.rtol:g}",
+            f"tolerance  {typed(self.integrator.rtol)}",
             f"figure     {self.figure.get('kind', 'as suits the result')}",
             self.mechanism.summary(),
         ]
         if self.vary:
             axes = vary_table.values(self.vary).items()
-            spans = (f"{key}, {len(values)} from {min(values):g} to {max(values):g}" for key, values in axes)
-            lines.insert(1, f"varies     {'; '.join(spans)}")
+            lines.insert(1, f"varies     {'; '.join(self._span(*axis) for axis in axes)}")
         return "\n".join(lines)
+
+    def _span(self, key: str, values: Sequence[float]) -> str:
+        """A parameter, how many values it has, and the least and the largest."""
+        units = Parameter.named(self.mechanism, key).units
+        least, most = (measure(each, units) for each in (min(values), max(values)))
+        return f"{key}, {counted(len(values), 'value')} from {least} to {most}"
 
     def _length(self) -> str:
         """Length of the motion, in words."""
         given = dict(self.analysis)
         if windows := given.get("windows"):
-            return "turns " + " and ".join(f"{first:g} to {last:g}" for first, last in windows)
+            return "turns " + " and ".join(f"{typed(first)} to {typed(last)}" for first, last in windows)
         text = self.row.length
         if given.get("duration") is not None:
             text = text.replace("{turns} turns", "{duration} s")
-        return text.format(**{key: _Listed((value,)) for key, value in given.items()})
+        told = text.format(**{key: _Listed((value,)) for key, value in given.items()})
+        return re.sub(r"(?<![\d.])(1 (?:dropped )?\w+)s\b", r"\1", told.replace(" after 0 dropped turns", ""))
 
 
 class SingleStudy(Study):
@@ -269,13 +279,13 @@ class _Listed(tuple):
 
     def __format__(self, form: str) -> str:
         (value,) = self
-        several = value if isinstance(value, tuple) else (value,)
+        several = value if isinstance(value, tuple | Mapping) else (value,)
         if form == "#":
             return str(len(several))
-        return ", ".join(f"{each:g}" if isinstance(each, float) else str(each) for each in several)
+        return ", ".join(typed(each) if isinstance(each, float) else str(each) for each in several)
 
     def __getitem__(self, index: Any) -> Any:
-        return super().__getitem__(0)[index]
+        return _Listed((super().__getitem__(0)[index],))
 
 
 class Models(NamedTuple):

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Iterator, Mapping
+import textwrap
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any, Literal, get_args, get_origin
 
+from jointplay.display.accepted import accepted_values, units_of
 from jointplay.display.described import descriptions, first_sentence
 from jointplay.display.errors import InputError, refuse, unknown
+from jointplay.display.number_text import typed
 from jointplay.kinds import KINDS, Kind
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.base import Record
-from jointplay.solver.mechanism.records import Changes, Mechanism
+from jointplay.solver.mechanism.records import Changes
 from jointplay.study.file import validate
 from jointplay.study.models import ELSEWHERE, INTEGRATOR
 from jointplay.study.toml_text import parse, written
@@ -20,7 +24,10 @@ ALIAS = {"four_bar": "chunmei2002"}
 USUAL = {"catalog": "chunmei2002", "clearance": 2.9e-4, "gear_ratio": 3.0}
 TABLES = ("links", "joints", "springs", "loads")  # of a linkage: a table each entry
 COLUMN = 48  # where comments begin
+WIDTH = 110
 DIGITS = 15  # of a number: what it is meant to be, without the rounding of how it was computed
+FRIENDLY = {"m": ("mm", 1e3), "rad": ("deg", 180 / math.pi), "rad/s": ("rpm", 30 / math.pi)}
+SHORT = 7  # letters of a number in such a unit; what is longer stays in SI
 
 
 def new(kind: str, name: str, mechanism: str | None = None) -> str:
@@ -64,8 +71,10 @@ def _lines(row: Kind, name: str, mechanism: str | None) -> Iterator[str]:
     yield from (
         f"# {about}",
         f"# Validate: jointplay check {name}.toml. Compute and draw: jointplay run {name}.toml",
+        '# A number without a unit is in SI units (m, kg, s, rad, N); a text has its own, such as "0.29 mm".',
+        "# A line that begins with # sets nothing: it shows what holds if the key is left out.",
         f"kind = {written(row.name)}",
-        *_commented("title", None, "What this study is, in a line"),
+        *_commented("title", None, "What this study is about, for figures and pages (text)"),
         "",
         "[mechanism]",
     )
@@ -78,7 +87,8 @@ def _lines(row: Kind, name: str, mechanism: str | None) -> Iterator[str]:
         yield from _vary(row.example.get("vary", {}))
     yield from _keywords(row)
     if row.figures:
-        yield from ("", "[figure]", *_commented("kind", row.figures[0], " or ".join(row.figures)))
+        known = f"one of {', '.join(row.figures)}" if len(row.figures) > 1 else "the only one of this kind"
+        yield from ("", "[figure]", *_commented("kind", row.figures[0], f"Which figure is drawn ({known})"))
 
 
 def _keywords(row: Kind) -> Iterator[str]:
@@ -91,10 +101,9 @@ def _keywords(row: Kind) -> Iterator[str]:
         if keys:
             yield from ("", f"[{table}]")
         for key in keys:
-            about = _about(row, key)
-            yield from (
-                _set(key, given[key], about) if key in given else _commented(key, fields[key][1], about)
-            )
+            annotation, default = fields[key]
+            about = _with(_about(row, key), accepted_values(annotation))
+            yield from _set(key, given[key], about) if key in given else _commented(key, default, about)
 
 
 def _about(row: Kind, key: str) -> str:
@@ -105,9 +114,15 @@ def _about(row: Kind, key: str) -> str:
     return _about(rows[other[1]], key) if other and other[1] in rows else first_sentence(text)
 
 
-def _set(key: str, value: Any, about: str) -> Iterator[str]:
+def _with(about: str, accepted: str) -> str:
+    """What a key is, and in parentheses the values that it takes."""
+    accepted = re.sub(r" and at most 1e9| \(in Python .*?\(\)[^)]*\)", "", accepted)
+    return f"{about} ({accepted})" if about and accepted else about
+
+
+def _set(key: str, value: Any, about: str, units: str | None = None) -> Iterator[str]:
     """A line that sets a key, with its description."""
-    return _line(f"{key} = {written(_plain(value))}", about)
+    return _line(f"{key} = {written(_plain(value, units))}", about)
 
 
 def _commented(key: str, default: Any, about: str) -> Iterator[str]:
@@ -117,21 +132,33 @@ def _commented(key: str, default: Any, about: str) -> Iterator[str]:
 
 
 def _line(line: str, about: str) -> Iterator[str]:
-    """A line and its comment, at its end or, where it is long, above."""
+    """A line and its comment, at its end or, where they are long together, above."""
     about = about.replace("``", "`")
-    if about and len(line) >= COLUMN:
-        yield f"# {about}:"
+    if about and max(len(line) + 1, COLUMN) + len(about) + 2 > WIDTH:
+        yield from textwrap.wrap(about, WIDTH, initial_indent="# ", subsequent_indent="#   ")
         yield line
     else:
-        yield f"{line:<{COLUMN}}# {about}" if about else line
+        yield f"{line:<{COLUMN - 1}} # {about}" if about else line
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any, units: str | None = None) -> Any:
+    """A value as a person writes it into a file."""
     if isinstance(value, Record):
-        return {key: _plain(each) for key, each in _told(value)}
+        return {key: _plain(each, units_of(type(value).model_fields[key])) for key, each in _told(value)}
+    if isinstance(value, Mapping):
+        return {key: _plain(each, units) for key, each in value.items()}
     if isinstance(value, float):
-        return float(f"{value:.{DIGITS}g}")
-    return [_plain(each) for each in value] if isinstance(value, list | tuple) else value
+        return _friendly(value, units)
+    return [_plain(each, units) for each in value] if isinstance(value, list | tuple) else value
+
+
+def _friendly(value: float, units: str | None) -> float | str:
+    unit, factor = FRIENDLY.get(units or "", ("", 0.0))
+    text = typed(value * factor, DIGITS - 3)
+    below_one = abs(value) < 1 or units != "m"  # a metre is a metre
+    if unit and value and below_one and len(text) <= SHORT:
+        return f"{text} {unit}"
+    return float(f"{value:.{DIGITS}g}")
 
 
 def _told(record: Record) -> Iterator[tuple[str, Any]]:
@@ -144,19 +171,28 @@ def _told(record: Record) -> Iterator[tuple[str, Any]]:
 
 
 def _vary(example: Mapping[str, Any]) -> Iterator[str]:
-    yield from ("", "[vary]" if example else "# [vary]    # one analysis for each value")
+    about = "Values that are looked at: start, stop and num (scale: linear or log), or a list"
+    yield from ("", "[vary]" if example else "# [vary]")
     for key, value in example.items():
-        yield from _set(key, value, "start, stop, num and scale, or a list of values")
+        units = units_of(Changes.model_fields.get(key))
+        ends = {each: _plain(x, units) for each, x in value.items()}
+        yield from _set(key, ends, about)
     if not example:
-        yield "# clearance = [1e-4, 2e-4, 3e-4]"
+        yield from _line(
+            '# clearance = ["0.1 mm", "0.2 mm", "0.3 mm"]', "One analysis for each of these values"
+        )
 
 
 def _entry(table: Mapping[str, Any]) -> Iterator[str]:
     """An entry of the catalog, and the changes to it."""
     make = catalog.NAMES[table["catalog"]]
-    texts = descriptions(Changes) | descriptions(make) | {"catalog": first_sentence(make.__doc__)}
+    texts = descriptions(Changes) | descriptions(make)
+    entry = first_sentence(make.__doc__).removeprefix("Give ")
+    yield from _set("catalog", table["catalog"], entry[0].upper() + entry[1:])
     for key, value in table.items():
-        yield from _set(key, value, first_sentence(texts.get(key, "")))
+        if key != "catalog":
+            units = units_of(Changes.model_fields[key]) if key in Changes.model_fields else None
+            yield from _set(key, value, first_sentence(texts.get(key, "")), units)
 
 
 def _mechanism(name: str) -> Iterator[str]:
@@ -164,18 +200,27 @@ def _mechanism(name: str) -> Iterator[str]:
     if name not in (known := names()):
         raise InputError([unknown("--mechanism", name, name, known, "mechanism")])
     record = catalog.NAMES[ALIAS.get(name, name)]()
-    about = descriptions(Mechanism)
-    single = [(key, value) for key, value in _told(record) if key not in (*TABLES, "drive")]
-    yield from (line for key, value in single for line in _set(key, value, first_sentence(about[key])))
+    yield from _keys(record, {*TABLES, "drive"})
     for table in TABLES:
-        for number, part in enumerate(getattr(record, table)):
-            yield from _part(f"[[mechanism.{table}]]", part, commented=not number)
+        known = set[str]()
+        for part in getattr(record, table):
+            yield from ("", f"[[mechanism.{table}]]", *_keys(part, known=known))
     if record.drive:
-        yield from _part("[mechanism.drive]", record.drive, commented=True)
+        yield from ("", "[mechanism.drive]", *_keys(record.drive))
 
 
-def _part(head: str, record: Record, commented: bool) -> Iterator[str]:
-    texts = descriptions(type(record)) if commented else {}
-    yield from ("", head)
+def _keys(record: Record, left_out: Collection[str] = (), known: set[str] | None = None) -> Iterator[str]:
+    """The keys of a record, each with a comment unless it is among the known ones, which it joins."""
+    known = set() if known is None else known
+    texts, fields = descriptions(type(record)), type(record).model_fields
     for key, value in _told(record):
-        yield from _set(key, value, first_sentence(texts.get(key, "")))
+        if key not in left_out:
+            text = texts.get(key) or (type(record).__doc__ or "").partition("\n")[0]  # of a kind: what it is
+            if other := re.search(r"see `(\w+)`", text):
+                text = next(
+                    descriptions(base)[key] for base in type(record).__mro__ if base.__name__ == other[1]
+                )
+            told = first_sentence(text), accepted_values(fields[key].annotation, fields[key])
+            about = "" if key in known else _with(*told)
+            yield from _set(key, value, about, units_of(fields[key]))
+            known.add(key)

@@ -16,6 +16,7 @@ import numpy as np
 
 from jointplay.analysis.cells import Work, in_memory
 from jointplay.display.errors import InputError
+from jointplay.display.number_text import duration
 from jointplay.jobs.job import CRASHED, Job, Kept
 from jointplay.jobs.journal import Journal
 from jointplay.solver.method.codes import Status
@@ -36,7 +37,7 @@ from jointplay.study.run import (
 )
 
 LENGTHS = ("turns", "transient")
-FOLLOW = "others may follow from what these find"
+FOLLOW = "more may follow from what these find"
 LEAST = 20  # turns of one analysis that are timed, beside twice as many
 
 
@@ -69,9 +70,10 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
     index = journal.index()
     yield f"cells    {cells}: " + " x ".join(f"{n} {dim}" for dim, n in work.shape.items())
     if work.possible:
-        yield f"refine   where these differ others follow, up to {len(work.possible)}; not estimated here"
+        more = f"more follow, up to {len(work.possible)}"
+        yield f"refine   where these differ {more}, which are not estimated here"
     if grows(study.record):
-        yield f"follow   {FOLLOW}; not estimated here"
+        yield f"follow   {FOLLOW}, which are not estimated here"
     chains = [keys for job in queue for keys in job.chains]
     if chains:
         longest = max(map(len, chains))
@@ -86,7 +88,7 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
     seconds, size, status = _timed(work, queue[todo[len(todo) // 2]])
     yield f"one cell {seconds:.2g} s, {_bytes(size)}" + (f" ({Status(status).word})" if status else "")
     if missing:
-        yield f"time     about {_duration(_longest(left, jobs) * seconds)}"
+        yield f"time     about {duration(_longest(left, jobs) * seconds)}"
     if not work.numbered:  # the size of an analysis's own dataset is not known before
         yield f"result   about {_bytes(size * cells)} before compression"
 
@@ -94,7 +96,7 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
 def _plan_of_one(study: Loaded, out: Path) -> Iterator[str]:
     """Estimate a study of one analysis, by a short run of it where it can be shortened."""
     record = study.record
-    yield "cells    none: one analysis, run in one piece"
+    yield "cells    none: this is one analysis, which runs in one piece"
     yield f"result   {_told(study, out)}"
     given = dict(record.analysis)
     whole = {key: given[key] for key in LENGTHS if given.get(key)}
@@ -109,7 +111,7 @@ def _plan_of_one(study: Loaded, out: Path) -> Iterator[str]:
         return
     first, second = (sum(part.values()) for part in parts)
     each = max(taken[1] - taken[0], 0.0) / (second - first)
-    yield f"time     about {_duration(taken[1] + each * (total - second))}, by {second} of {total:g} turns"
+    yield f"time     about {duration(taken[1] + each * (total - second))}, by {second} of {total:g} turns"
 
 
 def _shortened(record: Study, lengths: dict[str, int]) -> float | None:
@@ -167,7 +169,7 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
     """
     name, journal = study.record.name, journal_of(out, study.record.name)
     if not has_cells(study.record):
-        yield "cells    none: one analysis, run in one piece"
+        yield "cells    none: this is one analysis, which runs in one piece"
         if os.path.exists(partial_result := out / f"{name}.partial.nc"):
             yield f"partial  {partial_result}: what an interrupted run had computed"
         yield f"result   {_told(study, out)}"
@@ -233,10 +235,3 @@ def _bytes(n: float) -> str:
         if n >= size:
             return f"{n / size:.3g} {unit}"
     return f"{n:.3g} B"
-
-
-def _duration(seconds: float) -> str:
-    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2 * size:
-            return f"{seconds / size:.1f} {unit}"
-    return f"{seconds:.2g} s"

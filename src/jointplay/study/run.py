@@ -107,10 +107,8 @@ def first_work(record: Study) -> Work:
         warnings.simplefilter("ignore", ModelWarning)
         work = cells.first_work(_analysis(record)) if has_cells(record) else None
     if work is None:
-        expected = (
-            "a study with cells is accepted: with [vary], over a plane of starts, or of the paper as a whole"
-        )
-        raise InputError([Problem("study", record.name, f"{expected}; this is one analysis")])
+        expected = "a study with cells is accepted, such as one with [vary] or over a plane of starts"
+        raise InputError([Problem("study", record.name, f"{expected}; this one is a single analysis")])
     return work
 
 

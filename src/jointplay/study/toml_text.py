@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.display.number_text import typed
 from jointplay.solver.mechanism.measures import SMALLEST
 
 DEPTH = 16  # tables inside tables; no study needs more
@@ -50,7 +51,7 @@ def parse(text: str) -> dict[str, Any]:
         message = str(error)
     except (RecursionError, ValueError) as error:  # nested too deeply; a number or date out of range
         message = str(error) or "nested too deeply"
-    raise InputError([Problem("study file", _line_of(text, message), f"valid TOML; {message}")])
+    raise InputError([Problem("study file", _line_of(text, message), f"valid TOML is accepted; {message}")])
 
 
 def _table(text: str) -> dict[str, Any]:
@@ -82,7 +83,9 @@ def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
         path, equals, value = change.partition("=")
         steps = _of_the_catalog(table, _steps(path.strip()))
         if not equals or not steps or not _is_text(change):
-            problems.append(Problem("--set", change, "key.path=value, such as mechanism.clearance=1e-4"))
+            problems.append(
+                Problem("--set", change, "key.path=value, such as mechanism.clearance=1e-4, is accepted")
+            )
         elif problem := _set(table, steps, _value(value.strip()), change):
             problems.append(problem)
     if problems:
@@ -96,6 +99,8 @@ def written(value: Any) -> str:
         return f"{{ {', '.join(f'{key} = {written(each)}' for key, each in value.items())} }}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(written, value))}]"
+    if isinstance(value, float) and math.isfinite(value):
+        return typed(value, 0)
     return json.dumps(value, ensure_ascii=False)
 
 
@@ -130,7 +135,7 @@ def _out_of_size(path: str, node: Any) -> Iterator[Problem]:
         return
     if isinstance(node, int) or math.isfinite(node):
         shown = node if isinstance(node, float) else hex(node)[:20] + "..."
-        expected = f"0, or a number between {SMALLEST:g} and {1 / SMALLEST:g} in size, is accepted"
+        expected = f"0, or a number between {typed(SMALLEST)} and {typed(1 / SMALLEST)} in size, is accepted"
         yield Problem(path, shown, expected)
 
 

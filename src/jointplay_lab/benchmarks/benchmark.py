@@ -44,7 +44,7 @@ def answer(dataset: xr.Dataset) -> str:
     """The largest relative difference of a benchmark."""
     off = dataset["relative_difference"].values
     worst = dataset["quantity"].values[np.argmax(off)]
-    return f"all {off.size} published quantities to {off.max():.1e} or better (worst: {worst})"
+    return f"all {off.size} published quantities are met to {off.max():.1e} or better (worst: {worst})"
 
 
 OUTPUTS = Outputs(

@@ -170,7 +170,7 @@ def claims(
         As printed; the catalog's `chunmei2002` if left out. Each panel of Figure 12 sets clearance and gear
         ratio, and each case which links bend, whatever bends in what is given.
     damping_ratios : sequence of float
-        Of the elastic coupler; 0 and 0.01 are always among them.
+        Damping ratios of the elastic coupler; 0 and 0.01 are always among them.
     turns, transient, growth_turns : int
         As in `readings`, for the fourth conclusion.
     rtol : float
@@ -328,7 +328,7 @@ def grade(checks: Iterable[float]) -> str:
 def _count(checks: np.ndarray, word: str) -> str:
     decided = int(np.sum(~np.isnan(checks)))
     rest = np.size(checks) - decided
-    return f"{int(np.nansum(checks))} of {decided} {word}" + (f", {rest} not told" if rest else "")
+    return f"{int(np.nansum(checks))} of {decided} {word}" + (f", {rest} undecided" if rest else "")
 
 
 def _ratio(numbers: xr.Dataset, name: str, over: dict[str, str], under: dict[str, str]) -> Ratio:

@@ -142,15 +142,19 @@ def readings(
     mechanism : Mechanism, optional
         As printed; the catalog's `chunmei2002` if left out. Each panel sets clearance and gear ratio.
     panels : sequence of str
-        Of `PANELS`: a, b, c.
+        Panels of Figure 12 that are computed: a, b, c.
     readings : sequence of str
-        Of `READINGS`.
-    turns, transient, growth_turns : int
-        Turns looked at; turns dropped before; turns over which the growth of a difference is averaged.
+        Readings of the paper under which they are computed; their names are those of `READINGS`.
+    turns : int
+        Number of turns that are looked at.
+    transient : int
+        Number of turns that are followed first and left out.
+    growth_turns : int
+        Number of turns over which the growth of a small difference is averaged.
     tolerance : float
-        Spread of section points that count as one, as a fraction of the clearance.
+        Spread within which section points count as one, as a fraction of the clearance.
     rtol : float
-        Relative tolerance of a step; the growth is always followed at its own.
+        Relative tolerance of a step; the growth of differences is always followed at a tolerance of its own.
     n_jobs
         Worker processes; called with the fraction done.
 

@@ -115,18 +115,18 @@ def work_precision(  # noqa: D417 (nobody gives it the model)
     mechanism : Mechanism or TestSystem
         What moves.
     turns : float
-        Nominal turns, or forcing periods, that are followed.
+        Number of nominal turns, or of periods of the forcing, that are followed.
     tolerances : sequence of float
-        Relative tolerances that every method runs at, falling.
+        Relative tolerances, falling, at which every method is run.
     peers : sequence of str
-        Of heyoka, CVODE (scikit-sundae), LSODA, Radau, DOP853 (SciPy). Those not installed are named in
-        the result and left out.
+        Other solvers that are run: heyoka, CVODE (scikit-sundae), LSODA, Radau, DOP853 (SciPy). Those not
+        installed are named in the result and left out.
     rounds : int
-        Timed runs of each method and tolerance at most, after a first that is judged.
+        Largest number of timed runs of each method and tolerance, after a first run that is judged.
     budget : float
-        CPU time for all runs, s, shared evenly by the methods. What does not fit is not run.
+        CPU time for all runs, s, shared evenly among the methods. What does not fit is not run.
     rtol : float
-        Tolerance of the run that is taken as the truth.
+        Relative tolerance of the run that is taken as the truth.
     max_steps
         As in `simulate`; `max_steps` is of this package's runs.
 

@@ -134,23 +134,23 @@ def scheme_comparison(
     mechanism : Mechanism
         With at least one elastic link.
     clearance : sequence of float
-        Radial clearances of joint B, m; 0: ideal joints.
+        Radial clearances of joint B, m; 0 stands for ideal joints.
     start_turn : sequence of int
-        Nominal turns after which the compared turn starts, from the monolithic motion's state there; with
-        every clearance, they are the cases.
+        Nominal turns after which the compared turn starts, from the monolithic motion's state there. Each is
+        combined with every clearance.
     windows_per_turn : sequence of int
-        Into how many windows the turn is cut, each relaxed from the end of the one before, rising; 1 is the
-        paper's scheme.
+        Numbers of windows into which the turn is cut, rising; each window is relaxed from the end of the one
+        before, and 1 is the paper's scheme.
     passes : int
-        At most, over a window.
+        Largest number of passes over a window.
     tolerance : float
-        Change at which two passes agree, as in `waveform`.
+        Change below which two passes agree, as in `waveform`.
     steps : sequence of float
-        Steps of the scheme, s, falling; the passes are looked at with the last.
+        Time steps of the scheme, s, falling; the passes are looked at with the last.
     tolerances : sequence of float
         Relative tolerances of the monolithic method that are timed.
     repeats : int
-        Timed runs of each, the two methods in turn; the median counts.
+        Number of timed runs of each method, the two in turn; the median counts.
     rtol : float
         Relative tolerance of the monolithic answer that is taken as the truth.
 

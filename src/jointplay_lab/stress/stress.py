@@ -175,20 +175,23 @@ def stress(
     ----------
     mechanism : Mechanism, optional
         A motor-driven four-bar whose numbers are changed; the catalog's `chunmei2002` if left out.
-    scenes, first : int
-        How many, and the number of the first; the first 64 of a series are its corners.
+    scenes : int
+        Number of scenes; the first 64 of a series are its corners.
+    first : int
+        Number of the first scene in the series.
     seed : int
-        Which series.
+        Seed of the random numbers from which a series is drawn.
     variants : sequence of str
-        Of `VARIANTS`: what parts a scene has; one of them each.
+        Variants of the mechanism, of which each scene has one; their names are those of `VARIANTS`.
     turns : int
-        Nominal turns of each run.
+        Number of nominal turns of each run.
     rtol : float
         Relative tolerance of the run that is judged; the second has a hundredth of it.
     max_steps : int, optional
-        Attempted steps after which it stops; the second may take four times as many.
+        Number of attempted steps after which the first run stops; the second may take four times as many.
     listed : int
-        How many of the slowest, and of the worst, are listed with the study lines that run them again.
+        How many of the slowest scenes, and of the worst, are listed with the lines of a study that run them
+        again.
     n_jobs
         As in `readings`.
 

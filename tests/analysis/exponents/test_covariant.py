@@ -115,7 +115,7 @@ def test_a_run_that_fails_says_so():
     found = jp.covariant(catalog.impact_pair(0.4, 0.8), turns=50, max_steps=400, initial=(0.05, 0.7))
     assert int(found.status) == 2
     assert "covariant_exponent" not in found
-    assert str(jp.summary(found)).endswith("covariant vectors: not known")
+    assert str(jp.summary(found)).endswith("the covariant vectors are not known")
 
 
 @pytest.mark.parametrize("transient", [0, 20])

@@ -97,7 +97,7 @@ def test_table():
     for value in ("1.700 ± 0.020", "−2.900 ± 0.020", "−90.000 ± 0.020", "−∞", "0.10", "0.50*", "−0.60", "–"):
         assert value in found
     notes = found[-1]
-    assert "*Batches follow" in notes
+    assert "*Successive batches" in notes
     assert "Twin trajectories: 0.860 ± 0.050" in notes
     assert "Section's map, largest: 0.850 ± 0.010 per turn" in notes
     assert "0.2 errors from the section's map" in notes
@@ -110,7 +110,7 @@ def test_table():
 def test_the_note_on_batches_stands_below_where_a_star_is_above(beyond):
     correlations = [lyapunov.LIMIT + beyond, *np.zeros(4)]
     *rows, notes = words(figures.draw(exponents(correlations=correlations)).axes[1])
-    assert ("0.32*" in rows, "*Batches follow" in notes) == (bool(beyond), bool(beyond))
+    assert ("0.32*" in rows, "*Successive batches" in notes) == (bool(beyond), bool(beyond))
 
 
 def test_labels_do_not_cover_one_another():

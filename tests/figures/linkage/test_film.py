@@ -41,7 +41,7 @@ def test_a_frame_shows_links_journal_and_force_of_its_moment(motion, shown):
     journal = np.array([data["journal_x"][10, 0], data["journal_y"][10, 0]]) / mechanism.joint("B").clearance
     assert tuple(np.round(journal, 6)) in ends
     words = [each.get_text() for each in drawn if hasattr(each, "get_text")]
-    assert words == ["crank 90°, 25 ms", "100 N of at most 100 N"]
+    assert words == ["crank 90°, 25 ms", "100 N (largest 100 N)"]
 
 
 def test_frames_are_even_sized_and_differ(shown):
@@ -151,7 +151,7 @@ def test_a_sliders_corners_stand_where_its_tilt_and_rise_put_them():
     assert any({*map(tuple, np.round(xy, 6))} == {*map(tuple, np.round(whole, 6))} for xy in blocks)
     words = [each.get_text() for each in drawn if hasattr(each, "get_text")]
     assert len(words) == 3
-    assert words[2].startswith(f"{forces.max():.3g} N of at most")
+    assert words[2].startswith(f"{forces.max():.3g} N (largest ")
 
 
 def test_every_loose_joint_is_shown_or_the_one_that_is_asked_for():

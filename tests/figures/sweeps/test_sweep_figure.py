@@ -240,4 +240,4 @@ def test_what_is_no_sweep_and_has_no_usual_number_is_refused():
     assert "figure.quantity: got nothing; one of" in refused(swept("clearance", kind="section"), kind="sweep")
     assert "one cell is drawn" in refused(swept("clearance", kind="section"))
     many = swept("gear_ratio", "clearance").isel(gear_ratio=[0, 1, 2, 0, 1])
-    assert "until 4 curves are left" in refused(many, along="clearance")
+    assert "so that at most 4 curves are left" in refused(many, along="clearance")

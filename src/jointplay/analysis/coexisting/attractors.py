@@ -74,7 +74,7 @@ def answer(result: xr.Dataset) -> str:
     there = result["period"].values >= 0
     most = there.sum(axis=1)
     lines = [
-        f"{counted(result.sizes['identity'], 'motion')}, at most {most.max()} beside each other "
+        f"{counted(result.sizes['identity'], 'motion')}, of which at most {most.max()} coexist "
         f"({_at(result, name, int(most.argmax()))})"
     ]
     order = np.argsort(-np.nansum(share.values, axis=0), kind="stable")
@@ -112,18 +112,18 @@ OUTPUTS = Outputs(
         "fraction_low": Out(HERE, "lower end of the 95 % interval of the fraction"),
         "fraction_high": Out(HERE, "upper end of the 95 % interval of the fraction"),
         "carried": Out(HERE, "found from a neighbouring value alone"),
-        "watched_turns": Out(HERE, "turns that motions without period were watched"),
-        "section_distance": Out(HERE, "distance from the same at the value before"),
-        "started": Out(PLANE, "starts that there are"),
+        "watched_turns": Out(HERE, "turns for which motions without a period were followed"),
+        "section_distance": Out(HERE, "distance from the same motion at the value before"),
+        "started": Out(PLANE, "number of starts"),
         "fraction_unsettled": Out(PLANE, "fraction of the starts that did not settle"),
         "fraction_unsettled_low": Out(PLANE, "lower end of its 95 % interval"),
         "fraction_unsettled_high": Out(PLANE, "upper end of its 95 % interval"),
         "fraction_failed": Out(PLANE, "fraction of the starts that failed"),
-        "fraction_missed": Out(PLANE, "fraction from which on a basin has a start in it with 95 %"),
+        "fraction_missed": Out(PLANE, "smallest basin that holds a start with a probability of 95 %"),
         "value_status": Out(PLANE, "how the search at the value ended", flags=STATUS),
         "value_trouble": Out(PLANE, "what went wrong in the search"),
         "change_identity": Out("change", "motion that begins or ends"),
-        "change_other": Out("change", "where it comes from, or goes; 0: nowhere"),
+        "change_other": Out("change", "motion that it comes from or changes into; 0: none"),
         "change_low": Out("change", "{name} below the change", "{units}"),
         "change_high": Out("change", "{name} above the change", "{units}"),
         "change_kind": Out("change", "kind of change", flags=EVENTS),
@@ -178,30 +178,30 @@ def attractors(
     over : mapping of str to sequence of float
         One parameter with its values, as in `bifurcation`; 5 clearances if left out.
     region : mapping of str to (float, float)
-        Coordinates of starts, as those of a plane of `basins`, each with its lowest and highest value; the
+        Coordinates of the starts, those of a plane of `basins`, each with its lowest and highest value; the
         inner 0.7 of the clearance if left out.
     joint : str, optional
-        Whose journal, as in `basins`.
+        Joint whose journal the region is of; the only one with clearance if left out.
     starts : int
-        Starts at each value, drawn at random in the region.
+        Number of starts at each value, drawn at random in the region.
     seed : int
-        Which starts.
+        Seed of the random numbers from which the starts are drawn.
     carry : bool
         Whether motions are carried to neighbouring values, which finds those with narrow basins.
     turns, patience, tolerance
         As in `basins`. A start is left earlier where it has reached a motion that is known already, or where
         others show that it is bound for one.
     reach : float
-        Largest distance of section points of motions at neighbouring values that are one, in the units of
-        `tolerance`.
+        Largest distance between section points, in units of `tolerance`, at which motions at neighbouring
+        values are the same motion.
     record : sequence of str, optional
-        Quantities kept at section points, as in `bifurcation`.
+        Quantities that are kept at section points, as in `bifurcation`.
     exponents : bool
         Whether the largest exponent of each motion is computed.
     lyapunov_turns : int
-        Nominal turns over which it is averaged.
+        Number of nominal turns over which the exponent is averaged.
     bifurcations : bool
-        Whether periodic motions are followed as orbits, as by `continuation`, for what changes on them.
+        Whether periodic motions are followed as orbits, as by `continuation`, to find their bifurcations.
     ensemble, n_jobs
         As in `basins`.
     initial : optional

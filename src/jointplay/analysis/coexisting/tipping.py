@@ -75,7 +75,7 @@ def answer(result: xr.Dataset) -> str:
     """The smallest knock that throws each motion into another, and the edge states."""
     count = result.sizes["number"]
     if count < 2:
-        return f"{counted(count, 'motion')}: there is no other to be thrown into"
+        return f"{counted(count, 'motion')}, and no other to tip into"
     lines = [_knock(result.isel(number=n)) for n in range(min(count, LISTED))]
     lines += [counted(count - LISTED, "more motion")] if count > LISTED else []
     return "\n".join(lines)
@@ -92,7 +92,7 @@ def _knock(one: xr.Dataset) -> str:
             other = str(end) if end > 0 else "no settled motion"
             parts.append(f"{name} {measure(size, units, 3)} to {other}{sure}")
     found = sorted({int(p) for p in one["edge_period"].values if p > 0})
-    edges = f"; between: a state of period {', '.join(map(str, found))}" if found else ""
+    edges = f"; on the boundary lies a state of period {', '.join(map(str, found))}" if found else ""
     told = ", ".join(parts) or "no knock that was tried tips it"
     return f"{int(one['number'])} (period {int(one['period']) or 'none'}): {told}{edges}"
 
@@ -104,7 +104,7 @@ def _unsure(one: xr.Dataset, k: int, units: str) -> str:
     below = "all smaller ones" if safe >= CLOSE * size else f"those up to {measure(safe, units, 3)}"
     told = [f"{below} that were tried return"] if safe > 0 else []
     why = ", as at a fractal boundary" if share < 1 else ""  # else what it leads to has not settled
-    told.append(f"{plain(100 * share, 3)} % of those up to 1.2 times it tip{why}")
+    told.append(f"{plain(100 * share, 3)} % of those up to 1.2 times its size tip{why}")
     told.append(f"{measure(sure, units, 3) if np.isfinite(sure) else 'none'} is confirmed")
     return f" (not confirmed: {', '.join(told)})"
 
@@ -208,23 +208,26 @@ def tipping(  # noqa: D417 (nobody gives it the model)
     mechanism : Mechanism or TestSystem
         What moves.
     region, joint, starts, seed
-        As in `attractors`: where the motions are sought.
+        As in `attractors`, where the motions are sought.
     impulses : sequence of Impulse
-        Impulses on points of links that are tried too, each a table of ``name``, ``on`` (a table of ``link``
-        and ``at``, m from its origin), ``direction`` (rad; each is tried if left out) and ``fixed``, in what
-        the direction is fixed: ``"ground"`` or ``"link"``.
+        Impulses on points of links that are tried too. Each is a table of ``name``, ``on`` (a table of
+        ``link`` and ``at``, m from its origin), ``direction`` (rad; several are tried if left out) and
+        ``fixed``, in which the direction is fixed: ``"ground"`` or ``"link"``.
     largest : float
-        Largest knock that is tried: of a moment, what changes the link's speed by so many nominal speeds; of
-        an impulse on a point, what gives that so many nominal speeds times the mechanism's reach; of a shift
-        of the journal, in clearances; of a test system's state, in its own units.
+        Largest knock that is tried: of a moment, the change of the link's speed over its nominal speed; of an
+        impulse on a point, the change of the point's speed over the nominal speed times the mechanism's
+        reach; of a shift of the journal, in clearances; of a test system's state, in its own units.
     steps : int
-        Even sizes up to it that are tried before the smallest is halved in.
-    phases, directions : int
-        Even phases of a turn at which, and even directions in which knocks are tried.
+        Number of evenly spaced sizes, up to `largest`, that are tried before the smallest one that tips is
+        refined by bisection.
+    phases : int
+        Number of evenly spaced instants in a turn at which knocks are tried.
+    directions : int
+        Number of evenly spaced directions in which knocks are tried.
     edge : bool
-        Whether the edge states are sought.
+        Whether the edge states between the motions are sought.
     edge_turns : int
-        Turns for which a boundary is followed.
+        Number of turns for which the boundary between two motions is followed.
     turns, patience, tolerance, ensemble, n_jobs
         As in `basins`.
     initial : optional

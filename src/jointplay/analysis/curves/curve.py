@@ -131,7 +131,8 @@ def _plane_fits(
 def answer(result: xr.Dataset) -> str:
     """The extent of each curve, the reason of its end, and its meetings with others."""
     if not np.isfinite(result["period"].values).any():
-        return "no curve found: no periodic orbit, or no change of it on the branch over the first parameter"
+        why = "there is no periodic orbit, or it has no bifurcation on the branch over the first parameter"
+        return f"no curve was found: {why}"
     lines = [_line(result, number) for number in range(min(result.sizes["curve"], LISTED))]
     if more := result.sizes["curve"] - len(lines):
         lines[-1] += f"; {more} more curves"
@@ -229,27 +230,29 @@ def curve(
         ratio or speed, each from half to twice its own, if left out. Over the first one, at the mechanism's
         own value of the second, changes are looked for from which curves start.
     of : sequence of str
-        Kinds of curves: fold, period_doubling, neimark_sacker, symmetry_breaking, and grazing, which is not
-        among those that are followed if this is left out; with it also the grazings that other curves meet.
+        Kinds of curves that are followed: fold, period_doubling, neimark_sacker, symmetry_breaking and
+        grazing. Grazing is left out unless it is named; with it the grazings that other curves meet are
+        found, too.
     grazing_events : sequence of str
-        Of `of`'s grazing: which events are to appear or vanish on the curves; all if left out.
+        Events that appear or vanish on curves of grazing; all if left out.
     branches : xarray.Dataset, optional
         What `continuation` returned for one of the two parameters, of this mechanism: curves start from its
         special points. In Python only.
     labels : sequence of int, optional
-        Of which: their numbers along ``special``; all if left out.
+        Which special points of `branches`, by their numbers along ``special``; all if left out.
     start : float, optional
         Value of the first parameter at which the first orbit is sought; the mechanism's own if left out.
     period, initial, transient, tolerance
         As in `periodic_orbit`, of the first orbit.
     step : float
-        Longest step: of the parameters as fractions of their ranges, and of the orbit alike.
+        Longest step, as a fraction of the parameters' ranges, and of the orbit alike.
     max_points : int
-        Points of a curve, and of the branch on which curves start, at most (of that 200, if it is less).
+        Largest number of points of a curve. The branch on which curves start has as many at most, or 200 if
+        that is more.
     max_curves : int
-        Curves, at most.
+        Largest number of curves.
     max_branches : int
-        Branches on which curves start, at most: that of the first orbit, then those that leave it.
+        Largest number of branches on which curves start: that of the first orbit, then those that leave it.
     progress : callable, optional
         Called with the fraction done, of at most `max_curves` curves of `max_points` points.
 

@@ -58,16 +58,16 @@ def answer(result: xr.Dataset) -> str:
     A direction counts as growing where its exponent is above 0 by more than three standard errors.
     """
     if "mean_share" not in result:
-        return "\n".join(["covariant vectors: not known", *filter(None, [_doubts(result)])])
+        return "\n".join(["the covariant vectors are not known", *filter(None, [_doubts(result)])])
     tail, per = ("_per_turn", "per turn") if "turn_period" in result else ("", "per second")
     values, errors = (result[f"covariant_{name}{tail}"].values for name in ("exponent", "standard_error"))
     growing = int(np.count_nonzero(values > ERRORS * errors))
     rate = f"{signed(float(values[0]), float(errors[0]))} {per}"
     shares = _shares(result)
     lines = [
-        f"chaos lives in {shares} (direction that grows by {rate})"
+        f"chaos lives in {shares} (the direction that grows by {rate})"
         if growing
-        else f"no chaos: nothing grows for sure; the leading direction, {rate}, is in {shares}"
+        else f"no chaos: no direction grows significantly; the leading one, {rate}, lies in {shares}"
     ]
     if 0 < growing < len(values):
         angles = np.degrees(result["splitting_angle"].isel(splitting=growing - 1).values)
@@ -97,7 +97,9 @@ def _doubts(result: xr.Dataset) -> str:
         loose = result["vector"].values[result["settling_residual"].values > UNSETTLED]
     if loose.size:
         numbers = ", ".join(map(str, loose))
-        told.append(f"vectors {numbers} have not settled: a longer settling or transient, or equal exponents")
+        told.append(
+            f"vectors {numbers} have not settled: lengthen settling or transient, unless exponents are equal"
+        )
     if float(result["block_spread"]) > COARSE:
         told.append("directions shrink so differently that the last vectors are inaccurate")
     if lost := int(result["lost"]):
@@ -178,15 +180,17 @@ def covariant(  # noqa: D417 (nobody gives it the model)
     mechanism : Mechanism or TestSystem
         What moves.
     exponents : int or "all"
-        How many vectors, those of the largest exponents first.
-    turns, duration : float
-        Length after the transient: nominal turns of the crank (or forcing periods, or time scales of a system
-        that nothing turns), or s. One of them.
+        Number of vectors, those of the largest exponents first, or ``all``.
+    turns : float
+        Length after the transient, in nominal turns of the crank, periods of the forcing, or time scales of a
+        system that nothing turns; instead of `duration`.
+    duration : float
+        Length after the transient, s; instead of `turns`.
     transient : float
-        Turns that motion and tangents are followed first.
+        Number of turns for which the motion and its tangents are followed first and left out.
     settling : float
-        Turns that are followed after the stretch, over which the vectors settle backward; of twice as many a
-        record is kept at a time.
+        Number of turns that are followed after the stretch, over which the vectors settle backward in time. A
+        record of twice as many is in memory at a time.
 
     Raises
     ------

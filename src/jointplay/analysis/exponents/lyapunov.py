@@ -128,8 +128,8 @@ def answer(result: xr.Dataset) -> str:
     if "growth" in result and math.isfinite(float(result["growth"])):
         twin = signed(float(result["growth"]), float(result["growth_standard_error"]))
         apart = abs(float(result["growth_difference"]))
-        away = f": {plain(apart, 2)} standard errors away" if math.isfinite(apart) else ""
-        lines.append(f"without Jacobians, by twin trajectories, {twin} per turn{away}")
+        away = f", {plain(apart, 2)} standard errors from it" if math.isfinite(apart) else ""
+        lines.append(f"by twin trajectories, without Jacobians: {twin} per turn{away}")
     return "\n".join(lines)
 
 
@@ -141,12 +141,14 @@ def _at_rest(result: xr.Dataset) -> str:
     if math.isnan(float(value)):
         return ""
     said = f"largest exponent of the flow {signed(float(value), float(error))} per second"
-    return f"{said}; the motion rests or comes to rest: no section"
+    return f"{said}; the motion is at rest or comes to rest, so that it has no section"
 
 
 def _why(value: float, error: float) -> str:
     if math.isfinite(error) and abs(value) > ERRORS * error:
-        return "batches of the record follow one another, so that its error is too small: take more turns"
+        return (
+            "successive batches of the record are correlated, so that its error is too small: take more turns"
+        )
     return f"it does not differ from 0 by {ERRORS} standard errors: take more turns"
 
 
@@ -207,24 +209,26 @@ def lyapunov(  # noqa: D417 (nobody gives it the model)
     mechanism : Mechanism or TestSystem
         What moves.
     exponents : int or "all"
-        How many, the largest first.
-    turns, duration : float
-        Length after the transient: nominal turns of the crank (or forcing periods), or s. One of them. The
-        budget, where `error` is given.
+        Number of exponents, the largest first, or ``all``.
+    turns : float
+        Length after the transient, in nominal turns of the crank or periods of the forcing; instead of
+        `duration`. The most that is followed, where `error` is given.
+    duration : float
+        Length after the transient, s; instead of `turns`.
     transient : float
-        Turns that motion and tangents are followed first.
+        Number of turns for which the motion and its tangents are followed first and left out.
     error : float, optional
-        Standard error of the largest exponent of the section's map, 1/s, at which the run stops, if the
-        batches that it comes from do not follow one another.
+        Standard error of the largest exponent of the section's map, 1/s, at which the run stops, provided
+        that the batches from which it is estimated are uncorrelated.
     twin_turns : int
-        Turns over which the largest exponent is estimated a second time, from the same start, by renormalised
-        twin trajectories; 0: not.
+        Number of turns over which the largest exponent is estimated a second time, from the same start, by
+        renormalised twin trajectories; 0 leaves this out.
     saltation : bool
-        False leaves the tangents' jumps at events out, as a comparison: the result is then wrong wherever a
-        force jumps.
+        Whether tangents jump at events. False leaves the jumps out, for comparison: the result is then wrong
+        wherever a force jumps.
     ensemble : bool, optional
-        Whether to follow the motion as an ensemble does, beside those of other cells of a `[vary]`: one
-        exponent, without `error`. If left out, there where sixteen or more go side by side and the structure
+        Whether the motion is followed beside those of other cells of a `[vary]`, in an ensemble: one
+        exponent, without `error`. If left out, wherever sixteen or more go side by side and the structure
         allows it.
 
     Raises

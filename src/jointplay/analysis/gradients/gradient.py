@@ -77,18 +77,18 @@ def answer(result: xr.Dataset) -> str:
         return f"no derivative: {WHY.get(verdict, verdict)}"
     lines = [_quantity(result.isel(quantity=i)) for i in range(min(LEADING, result.sizes["quantity"]))]
     if verdict != "ok":
-        lines.append(f"hardly a derivative here: {WHY.get(verdict, verdict)}")
+        lines.append(f"a derivative hardly exists here: {WHY.get(verdict, verdict)}")
     return "\n".join(lines)
 
 
 def _quantity(one: xr.Dataset) -> str:
     sizes = np.nan_to_num(one["relative_sensitivity"].values)
     order = np.argsort(-np.abs(sizes), kind="stable")[:LEADING]
-    parts = [f"{plain(float(sizes[i]), 3)} by {one['parameter'].values[i]}" for i in order if sizes[i]]
+    parts = [f"{plain(float(sizes[i]), 3)} to {one['parameter'].values[i]}" for i in order if sizes[i]]
     name, units = str(one["quantity"].item()), str(one["quantity_units"].item())
     value = f"{name} = {plain(float(one['value']), 6)}" + (f" {units}" if units != "1" else "")
     return (
-        f"{value}: relative sensitivity {', '.join(parts)}" if parts else f"{value}: depends on none of them"
+        f"{value}: relative sensitivity {', '.join(parts)}" if parts else f"{value} depends on none of them"
     )
 
 
@@ -147,24 +147,25 @@ def gradient(
     mechanism : Mechanism or TestSystem
         What moves.
     of : sequence of str, optional
-        What is differentiated: ``end:angle:rocker`` (any recorded quantity where the turns end; of a test
-        system ``end:state:y``), ``largest:normal_force:B`` and ``smallest:…`` over the turns,
-        ``work:drive``, ``work:joints`` (impacts among it), …, ``time`` of the turns. Of an orbit
+        Quantities that are differentiated: ``end:angle:rocker`` (any recorded quantity where the turns end;
+        of a test system ``end:state:y``), ``largest:normal_force:B`` and ``smallest:…`` over the turns,
+        ``work:drive``, ``work:joints`` (impacts included), …, ``time`` of the turns. Of an orbit
         ``multiplier:1`` (the largest; its real part), ``multiplier_imaginary:1``, ``multiplier_modulus:1``,
-        ``exponent:1``.
-        Left out: largest contact forces, work of the drive, time; of a test system the states at the end.
+        ``exponent:1``. Left out: largest contact forces, work of the drive, time; of a test system the states
+        at the end.
     by : sequence of str, optional
-        In which parameters: names and key paths as in `[vary]`, ``initial.STATE`` of a state at the start,
-        and several that change alike, as ``links.coupler.length + joints.B.journal.at``. Left out:
-        clearances, contacts, friction, masses and the drive; of a test system all parameters.
+        Parameters in which they are differentiated: names and key paths as in `[vary]`, ``initial.STATE`` of
+        a state at the start, and several that change alike, as ``links.coupler.length +
+        joints.B.journal.at``. Left out: clearances, contacts, friction, masses and the drive; of a test
+        system all parameters.
     turns : int
-        Whole turns of the crank from the start, periods of the forcing, passages of the `section`, or units
-        of time.
+        Number of whole turns of the crank from the start, of periods of the forcing, of passages of the
+        `section`, or of units of time.
     orbit : bool
-        True: of the periodic orbit over so many turns that the motion settles to, which moves with the
-        parameters, instead of the motion from the start.
+        Whether the derivatives are those of the periodic orbit over so many turns to which the motion
+        settles, and which moves with the parameters, instead of the motion from the start.
     section : Plane, optional
-        Of a system that nothing forces: a plane of a state, at whose last passage the turns end.
+        Plane of a state of a system that nothing forces, at whose last passage the turns end.
 
     Raises
     ------
@@ -206,7 +207,7 @@ def gradient(
     if through:  # the motion goes on, its derivatives do not
         status, verdict = 0, VERDICTS.index("simultaneous_events")
     if verdict and not status:
-        warn(f"there is hardly a derivative here: {WHY[VERDICTS[verdict]]}")
+        warn(f"a derivative hardly exists here: {WHY[VERDICTS[verdict]]}")
     present = np.array([_present(mechanism, key, initial) for key in keys])
     with np.errstate(invalid="ignore", divide="ignore"):
         relative = slopes * present / values[:, None]

@@ -13,12 +13,12 @@ from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 WHY = {  # there is no derivative, or hardly one
     "ok": "",
-    "grazing": "a contact begins, or a guard is met, with next to no speed",
-    "simultaneous_events": "two contacts change at one instant, in an order that neighbours exchange",
-    "nearly_touching": "a gap is all but closed in flight, and neighbouring motions touch there",
-    "equal_multipliers": "a multiplier is equal to another one, and both part as a root",
-    "one_sided": "the body starts at rest on a wall, and neighbours start away from it or inside it",
-    "no_motion": "the motion did not get to its end",
+    "grazing": "a contact begins, or a guard is met, at almost no speed",
+    "simultaneous_events": "two contacts change at the same instant, and neighbouring motions exchange them",
+    "nearly_touching": "a gap almost closes in flight, and neighbouring motions touch there",
+    "equal_multipliers": "two multipliers are equal, and they part as a square root does",
+    "one_sided": "the body starts at rest on a wall, and neighbouring starts lie clear of it or inside it",
+    "no_motion": "the motion did not reach its end",
 }
 VERDICTS = tuple(WHY)
 GRAZING, TOGETHER, TOUCHING = 1e-6, 1e-9, 1e-6  # up to which there is hardly a derivative

@@ -46,6 +46,7 @@ from jointplay.analysis.vary import axes, repeated
 from jointplay.display import codes
 from jointplay.display.errors import InputError, ModelWarning, Problem
 from jointplay.display.number_text import plain
+from jointplay.display.units import measure
 from jointplay.solver.mechanism.base import Flag, Natural, Number, unit
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.paths import parts_of
@@ -56,10 +57,10 @@ if TYPE_CHECKING:
 
 WHY = {  # a search ended so
     "converged": "",
-    "no_descent": "the search stopped where no step went further down",
-    "infeasible": "no design was found that keeps the constraints",
+    "no_descent": "the search stopped where no step improved the design",
+    "infeasible": "no design was found that meets the constraints",
     "iterations": "the search stopped at its last iteration",
-    "no_motion": "the motion at first has no derivative; with another start, or ideal = true, it may",
+    "no_motion": "the first motion has no derivative; another start, or ideal = true, may help",
 }
 ENDS = tuple(WHY)
 AGREED = 1e-4  # relative difference up to which two motions have the same value
@@ -90,7 +91,9 @@ def answer(result: xr.Dataset) -> str:
         doubts.append("the motion from the usual start does not settle to the orbit that was optimised")
     if float(result["neighbour_gain"]) > 0:
         gain = plain(float(result["neighbour_gain"]), 3)
-        doubts.append(f"a design {plain(100 * result.attrs['neighbourhood'], 3)} % away is better by {gain}")
+        doubts.append(
+            f"a design that differs by {plain(100 * result.attrs['neighbourhood'], 3)} % is better by {gain}"
+        )
     return "\n".join([*lines, "; ".join(doubts)] if doubts else lines)
 
 
@@ -103,7 +106,7 @@ def _changes(result: xr.Dataset) -> str:
         strict=True,
     )
     told = [
-        f"{name} {plain(float(first), 4)} to {plain(float(last), 4)}" + (f" {units}" if units != "1" else "")
+        f"{name} from {measure(float(first), units)} to {measure(float(last), units)}"
         for name, first, last, units in rows
     ]
     return ", ".join(told[:LISTED]) + (" and others" if len(told) > LISTED else "")
@@ -115,14 +118,14 @@ def _before_and_after(result: xr.Dataset) -> list[str]:
         one, unit = result.isel(quantity=i), str(result["quantity_units"].values[i])
         before = plain(float(one["before"]), 4) if np.isfinite(one["before"]) else "unknown"
         after = plain(float(one["value"]), 6) + (f" {unit}" if unit != "1" else "")
-        told.append(f"{one['quantity'].item()} {before} before, {after} after")
+        told.append(f"{one['quantity'].item()}: {before} before, {after} after")
     return ["; ".join(told)]
 
 
 def _play(result: xr.Dataset) -> str:
     """Up to which share of the clearance there are designs, where it is not all of it."""
     share = float(result["play_kept"])
-    return "" if share == 1 else f"; with {plain(100 * share, 3)} % of the clearance there are some"
+    return "" if share == 1 else f"; with {plain(100 * share, 3)} % of the clearance there are such designs"
 
 
 def _missed(result: xr.Dataset) -> list[str]:
@@ -133,7 +136,7 @@ def _missed(result: xr.Dataset) -> list[str]:
         limit = f"at least {plain(low, 4)}" if not value >= low else f"at most {plain(high, 4)}"
         if not low <= value <= high:
             now = plain(value, 4) if np.isfinite(value) else "unknown"
-            told.append(f"{one['quantity'].item()} is {now}, {limit} is asked for")
+            told.append(f"{one['quantity'].item()} is {now}, and {limit} is required")
     low, high, at = (result[name].values for name in ("low", "high", "optimum"))
     ends = ((at - low <= 1e-6 * (high - low), "lowest"), (high - at <= 1e-6 * (high - low), "highest"))
     names = result["parameter"].values
@@ -149,7 +152,7 @@ OUTPUTS = Outputs(
         "tried_value": Out(("iteration", "parameter"), f"value tried, {IN_PARAMETER}"),
         "tried_quantity": Out(("iteration", "quantity"), f"value, {IN_QUANTITY}"),
         "objective": Out("iteration", "what is made least or largest"),
-        "tried_missed": Out("iteration", "by how much the worst constraint is not kept, relative"),
+        "tried_missed": Out("iteration", "relative amount by which the worst constraint is missed"),
         "tried_share": Out("iteration", "share of the clearance in this trial"),
         "tried_status": Out("iteration", "how the trial ended", flags=STATUS),
         "tried_derivative_status": Out(
@@ -160,7 +163,7 @@ OUTPUTS = Outputs(
         "low": Out("parameter", f"lowest value, {IN_PARAMETER}"),
         "high": Out("parameter", f"highest value, {IN_PARAMETER}"),
         "neighbour_objective": Out(("parameter", "side"), "objective beside the optimum"),
-        "neighbour_allowed": Out(("parameter", "side"), "whether the constraints are kept there"),
+        "neighbour_allowed": Out(("parameter", "side"), "whether the constraints are met there"),
         "neighbour_gain": Out((), "by how much the best allowed neighbour is better"),
         "value": Out("quantity", f"at the optimum, {IN_QUANTITY}"),
         "before": Out("quantity", f"of the motion at first, {IN_QUANTITY}"),
@@ -171,9 +174,9 @@ OUTPUTS = Outputs(
         "course_after": Out("time_after", "{name}", "{units}", "at the optimum"),
         "time_after": Out("time_after", "time", "s"),
         "end": Out((), "how the search ended", flags=ENDS),
-        "missed": Out((), "by how much the worst constraint is not kept, relative"),
+        "missed": Out((), "relative amount by which the worst constraint is missed"),
         "play_kept": Out(
-            (), "share of the clearance up to which designs that keep the constraints were found"
+            (), "share of the clearance up to which designs that meet the constraints were found"
         ),
         "limit_low": Out("quantity", f"lowest accepted value, {IN_QUANTITY}"),
         "limit_high": Out("quantity", f"highest accepted value, {IN_QUANTITY}"),
@@ -287,26 +290,30 @@ def optimise(
     mechanism : Mechanism or TestSystem
         As it is first.
     by : dict of str to (float, float)
-        What is varied, each with its lowest and highest value: names and key paths as in `[vary]`.
-    least, most : str, optional
-        The quantity of `gradient` that is made least, or largest, such as ``largest:normal_force:B``. Left
-        out: the smallest change of the parameters, in their ranges, that keeps the constraints.
+        Parameters that are varied, by name or key path as in `[vary]`, each with its lowest and highest
+        value.
+    least : str, optional
+        Quantity of `gradient` that is made as small as possible, such as ``largest:normal_force:B``. Without
+        it and `most`: the smallest change of the parameters, in their ranges, that keeps the constraints.
+    most : str, optional
+        Quantity of `gradient` that is made as large as possible; instead of `least`.
     keep : {'contact'}, optional
-        Every contact force stays at `margin` or above all the while.
+        With ``contact``, every contact force has to stay at `margin` or above throughout.
     margin : float
-        N.
+        Least contact force that `keep` allows, N.
     subject : dict of str to (float, float), optional
-        Lowest and highest value of other quantities.
+        Further constraints: quantities of `gradient`, each with its lowest and highest value.
     ideal : bool
-        True: first without play, with the forces of the ideal joints, then with ever more of it.
+        Whether the search begins with ideal joints and their forces, and approaches the clearance in stages.
     turns, orbit
         As in `gradient`.
     tolerance : float
-        Of the objective and the constraints, each relative to its size.
+        Tolerance of the objective and of the constraints, each relative to its size.
     max_iterations : int
-        Designs after which no new pass of the search begins, in each stage.
+        Number of designs after which no new pass of the search begins, in each stage.
     neighbourhood : float
-        By what share of its value each parameter of the optimum is changed, to both sides.
+        Fraction of its value by which each parameter of the optimum is changed to either side, to see how
+        flat the optimum is.
     progress : callable, optional
         Called with the fraction done, of at most `max_iterations` designs in each stage.
 

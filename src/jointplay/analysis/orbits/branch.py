@@ -33,10 +33,10 @@ from jointplay.solver.motion.progress import Aborted, Stopped
 
 WHY = {  # a branch, or a curve, ends
     "range": "end of the range",
-    "max_points": "as many points as asked for",
+    "max_points": "the limit on the number of points",
     "grazing": "an event appears or vanishes there, and no orbit was found next to it beyond",
     "not_converged": "no orbit was found beyond, however short the step",
-    "closed": "it is closed",
+    "closed": "the branch is closed",
     "joined": "its orbit has become one of half the period",
     "origin": "where it begins",
     "interrupted": "interrupted",

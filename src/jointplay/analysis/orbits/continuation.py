@@ -65,7 +65,7 @@ def answer(result: xr.Dataset) -> str:
     """The extent of the branches, the reasons of their ends, and the special points on them."""
     name = str(result.attrs["parameter"]).rpartition(".")[2]
     if not np.isfinite(result["period"].values).any():
-        return "no periodic orbit found to begin with"
+        return "no periodic orbit was found to begin with"
     lines = [_branch(result, name, b) for b in range(min(result.sizes["branch"], LISTED - 1))]
     if more := result.sizes["branch"] - len(lines):
         lines[-1] += f"; {more} more branches"
@@ -89,7 +89,9 @@ def _branch(result: xr.Dataset, name: str, b: int) -> str:
 def _special(result: xr.Dataset) -> str:
     if not result.sizes["special"]:
         return (
-            "no bifurcation and no grazing on them" if result.sizes["branch"] > 1 else "no bifurcation found"
+            "no bifurcation and no grazing was found on them"
+            if result.sizes["branch"] > 1
+            else "no bifurcation was found"
         )
     units = str(result["special_parameter"].attrs.get("units", "1"))
     kinds, places = codes.words(result["special_kind"]).values, result["special_parameter"].values
@@ -170,23 +172,24 @@ def continuation(
     section : CrankAngle or Plane
         As in `periodic_orbit`.
     parameter : str
-        A number by name (``clearance``, ``gear_ratio``, ``gap``, …) or by key path, as in `bifurcation`.
+        Parameter over which the orbit is followed, by name (``clearance``, ``gear_ratio``, ``gap``, …) or by
+        key path, as in `bifurcation`.
     range : pair of float
-        Lowest and highest value; half and twice a linkage's own if left out.
+        Lowest and highest value of the parameter, in SI units; half and twice a linkage's own if left out.
     start : float, optional
-        Value at which the first orbit is sought; the mechanism's own if left out.
+        Value of the parameter at which the first orbit is sought; the mechanism's own if left out.
     period, initial, transient, tolerance
         As in `periodic_orbit`, of the first orbit.
     step : float
-        Longest step: of the parameter as a fraction of its range, and of the orbit alike.
+        Longest step, as a fraction of the parameter's range, and of the orbit alike.
     max_points : int
-        Points of a branch, at most.
+        Largest number of points of a branch.
     branch_switching : bool
         Whether branches that leave at period doublings and branch points are followed.
     max_branches : int
-        Branches, at most.
+        Largest number of branches.
     record : sequence of str, optional
-        Quantities to keep on the section; all if left out.
+        Quantities that are kept on the section; all if left out.
     progress : callable, optional
         Called with the fraction done, of at most `max_branches` branches of `max_points` points.
 
@@ -235,7 +238,7 @@ class Explorer:
     family : Family
         Of maps.
     step : float
-        Longest step.
+        Longest step, as a fraction of the parameter's range, and of the orbit alike.
     max_points, max_branches : int
         Points of a branch, and branches, at most.
     visit : callable

@@ -59,12 +59,12 @@ def answer(result: xr.Dataset) -> str:
     if not math.isfinite(float(result["period"])):
         left = float(result["residual"])
         how = f": the state still changes by {plain(left, 2)} over a period" if math.isfinite(left) else ""
-        return f"no periodic orbit found{how}"
+        return f"no periodic orbit was found{how}"
     lines = [f"{verdict(result).item()}, {_multiplier(result['floquet_multiplier'].values[0])}"]
     parts = [f"it lasts {measure(float(result['period_time']), 's', 6)}"]
     if math.isfinite(float(result["impacts"])) and "clearance" in result:
         parts.append(f"contacts begun per turn: {plain(float(result['impacts']), 4)}")
-    parts.append(f"closed to {plain(float(result['residual']), 1)}")
+    parts.append(f"closed to a residual of {plain(float(result['residual']), 1)}")
     return "\n".join([*lines, ", ".join(parts)])
 
 
@@ -121,26 +121,26 @@ def periodic_orbit(  # noqa: D417 (nobody gives it the model)
     mechanism : Mechanism or TestSystem
         What moves.
     section : CrankAngle or Plane
-        Section of the map: a crank angle, or the phase of a forcing; of a test system that nothing forces, a
+        Section of the map: a crank angle, or a phase of the forcing; of a test system that nothing forces, a
         plane of one of its states.
     period : int
-        Turns (periods of the forcing, crossings of the plane) after which the orbit closes; of an orbit that
-        closes in fewer the result has the lower number.
+        Number of turns, periods of the forcing or crossings of the plane after which the orbit closes. Of an
+        orbit that closes in fewer the result has the lower number.
     initial : optional
         As in `simulate`, or the whole state as a list; or an orbit, as this function gives it: its state,
         with its `period` and a `transient` of 0 where these are left out.
     transient : int
-        Turns that are followed first. Newton's method then starts where, among the last ones, the motion came
-        back nearest to itself; with 0, at the start: the way to unstable orbits.
+        Number of turns that are followed first. Newton's method then starts where, among the last ones, the
+        motion came back nearest to itself; with 0, at the start: the way to unstable orbits.
     tolerance : float
         Residual at which the search has succeeded, in units of the states' scales (a radian or the longest
-        link, the nominal speed); it goes on below, as far as it gains.
+        link, the nominal speed). The search goes on below it as long as it gains.
     max_iterations : int
-        Of Newton's method.
+        Largest number of iterations of Newton's method.
     record : sequence of str, optional
-        Quantities to sample over the orbit; none if left out.
+        Quantities that are sampled over the orbit; none if left out.
     samples_per_turn : int
-        Of these.
+        Number of samples of these in a turn.
 
     Raises
     ------

@@ -55,11 +55,11 @@ def answer(result: xr.Dataset) -> str:
     quartiles = result["chaos_indicator_quartile"]
     low, middle, high = (float(quartiles.sel(quartile=q)) for q in QUARTILES)
     if math.isnan(middle):
-        return f"K of the 0-1 test: not known{too_few(result, result.sizes['turn'])}"
+        return f"K of the 0-1 test is not known{too_few(result, result.sizes['turn'])}"
     verdict, ends = str(codes.words(result["verdict"]).item()), f"quartiles {low:.3f} to {high:.3f}"
     line = f"0-1 test: {verdict}, " + f"K = {middle:.3f} ({ends})".translate(MINUS)
     if verdict == "chaotic":
-        line += "\nit has no error bar: an exponent decides (kind = 'lyapunov')"
+        line += "\nthe test has no error bar; a Lyapunov exponent decides (kind = 'lyapunov')"
     return line
 
 
@@ -124,21 +124,24 @@ def chaos_test(
     mechanism : Mechanism or TestSystem
         What moves.
     quantity : str, optional
-        What is sampled, as ``normal_force`` or ``angle:rocker``, of a test system a state; a bounded one. By
-        default ``journal_x`` of the first joint with clearance, or the first state.
+        Quantity that is sampled, such as ``normal_force`` or ``angle:rocker``; it has to be bounded. By
+        default ``journal_x`` of the first joint with clearance; of a test system, the first state.
     section : Section
-        Where it is sampled; once a turn at crank angle 0 if left out.
+        Where the quantity is sampled; once a turn at crank angle 0 if left out.
     turns : int
-        Section points.
+        Number of section points that are sampled.
     transient : float
-        Turns that are followed first.
+        Number of turns that are followed first and left out.
     every : int
-        Each so many points are kept: where the points hop between bands that are chaotic inside, the hopping
-        hides the chaos unless only one band is looked at.
-    frequencies, seed : int
-        How many random frequencies, and the seed from which they are drawn.
+        Only one in so many section points is kept. Where points hop between bands that are chaotic inside,
+        the hopping hides the chaos unless only one band is looked at.
+    frequencies : int
+        Number of random frequencies at which the test is made.
+    seed : int
+        Seed of the random numbers from which the frequencies are drawn.
     tolerance : float
-        Samples that spread less than this times the quantity's largest value in a turn are one point.
+        Samples that spread less than this fraction of the quantity's largest value in a turn count as one
+        point.
 
     Raises
     ------

@@ -40,13 +40,13 @@ def answer(result: xr.Dataset) -> str:
     """The correlation dimension with its error."""
     value = float(result["correlation_dimension"])
     if math.isnan(value):
-        return "correlation dimension: not known, too few pairs of points lie within the range of distances"
+        return "the correlation dimension is not known: too few pairs of points lie within the range"
     points = f"of {int(result['n_points'])} section points"
     if value == 0:
-        return f"correlation dimension 0 {points}: they lie in few places, as those of a periodic motion"
+        return f"correlation dimension 0 {points}: they lie in a few places, as those of a periodic motion do"
     names = [f"correlation_dimension_{each}" for each in ("spread", "standard_error")]
     error = float(np.fmax(*(float(result[name]) for name in names)))
-    return f"correlation dimension {with_error(value, error)} {points}; the motion's own is one more"
+    return f"correlation dimension {with_error(value, error)} {points}; that of the motion itself is one more"
 
 
 NAME = "correlation dimension"
@@ -109,22 +109,22 @@ def dimension(
     mechanism : Mechanism or TestSystem
         What moves.
     quantities : sequence of str, optional
-        The points' coordinates, as ``journal_x`` or ``angular_velocity:rocker``; of a test system, states.
-        Each is measured in units of its standard deviation. By default the journals' places and the links'
-        angular velocities (and deflections, where links bend), or all states.
+        Coordinates of the points, such as ``journal_x`` or ``angular_velocity:rocker``; of a test system,
+        states. Each is measured in units of its standard deviation. By default the journals' places and the
+        links' angular velocities (and deflections, where links bend), or all states.
     section : Section
         Where the motion is cut; once a turn at crank angle 0 if left out.
     turns : int
-        Section points.
+        Number of section points.
     transient : float
-        Turns that are followed first.
+        Number of turns that are followed first and left out.
     window : int
-        Theiler's: pairs fewer than so many points apart are left out.
+        Theiler window: pairs of points fewer than so many apart in time are left out.
     shares : pair of float
-        The range of the correlation sum over which its slope is taken.
+        Range of the correlation sum over which its slope is taken.
     tolerance : float
-        A coordinate that spreads less than this times its largest value is constant, and left out; if all
-        are, the points are one, of dimension 0.
+        A coordinate that spreads less than this fraction of its largest value counts as constant and is left
+        out. If all do, the points are one, of dimension 0.
 
     Raises
     ------

@@ -52,7 +52,7 @@ def answer(result: xr.Dataset) -> str:
     beyond = np.isfinite(density) & (frequency > 0)
     if not beyond.any():
         segments = f" in {int(result['n_segments'])} segments" if "n_segments" in result else ""
-        return f"spectrum: not known{too_few(result, int(result.get('n_samples', 0)), segments)}"
+        return f"the spectrum is not known{too_few(result, int(result.get('n_samples', 0)), segments)}"
     at = int(np.flatnonzero(beyond)[np.argmax(density[beyond])])
     place = measure(float(frequency[at]), "Hz")
     if "order" in result:
@@ -132,15 +132,15 @@ def spectrum(
     mechanism : Mechanism or TestSystem
         What moves.
     quantity : str, optional
-        As ``normal_force`` or ``angle:rocker``, of a test system a state. By default ``normal_force`` of the
-        first joint with clearance, or the first state.
+        Quantity whose spectrum is computed, such as ``normal_force`` or ``angle:rocker``; of a test system, a
+        state. By default ``normal_force`` of the first joint with clearance, or the first state.
     samples_per_turn : int
-        Evenly spaced samples in a nominal turn.
+        Number of evenly spaced samples in a nominal turn.
     segments : int
-        Segments, half overlapping; 1: the periodogram of the whole record. More of them scatter less and
-        resolve less.
+        Number of half-overlapping segments whose spectra are averaged; 1 gives the periodogram of the whole
+        record. More of them scatter less and resolve less.
     window : str
-        A window of `scipy.signal.get_window`.
+        Window function of `scipy.signal.get_window`.
 
     Raises
     ------

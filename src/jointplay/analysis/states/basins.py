@@ -76,17 +76,17 @@ def answer(result: xr.Dataset) -> str:
     each = [_attractor(result.isel(number=int(i))) for i in order]
     more = [f"{len(each) - LISTED} more"] if len(each) > LISTED else []
     name = "1 attractor" if len(each) == 1 else f"{len(each)} attractors"
-    lines = [f"{name}, by their shares of the starts: " + ", ".join(each[:LISTED] + more)]
+    lines = [f"{name}, with their shares of the starts: " + ", ".join(each[:LISTED] + more)]
     none = float(result["fraction_none"])
     if none > 0:
-        lines.append(f"{plain(100 * none, 2)} % of the starts reached none{_on_saddles(result)}")
+        lines.append(f"{plain(100 * none, 2)} % of the starts reached no attractor{_on_saddles(result)}")
     if "boundary_dimension" not in result:
         return "\n".join(lines)
     boundary, error = (
         float(result[k]) for k in ("boundary_dimension", "uncertainty_exponent_standard_error")
     )
     if math.isfinite(boundary):
-        lines.append(f"boundary of dimension {with_error(boundary, error)} in the plane")
+        lines.append(f"the boundary of the basins has dimension {with_error(boundary, error)} in the plane")
     return "\n".join(lines)
 
 
@@ -95,7 +95,7 @@ def _on_saddles(result: xr.Dataset) -> str:
     if "node_status" not in result:
         return ""
     count = int(np.sum(codes.words(result["node_status"]).values == "saddle"))
-    return f", {count} of them a periodic orbit that attracts nothing" if count else ""
+    return f", {count} of them an unstable periodic orbit" if count else ""
 
 
 def _attractor(one: xr.Dataset) -> str:
@@ -117,7 +117,7 @@ OUTPUTS = Outputs(
         "node_status": Out(
             PLANE,
             "how the node's run ended",
-            about="as ``status``, or ``saddle``: on an orbit that attracts nothing",
+            about="as ``status``, or ``saddle``: on an unstable orbit",
             flags=NODE_STATUS,
         ),
         "followed": Out(PLANE, "how the node's motion was followed", flags=ROUTES),
@@ -181,27 +181,34 @@ def basins(  # noqa: D417 (nobody gives it the model)
     ----------
     mechanism : Mechanism or TestSystem
         What moves.
-    plane, joint : mapping, str
-        Two coordinates with their values, and whose journal, as in `sensitivity`.
+    plane : mapping
+        Two coordinates of the start, each with its values: a rising list, or ``start``, ``stop`` and ``num``.
+        Which there are stands in `sensitivity`.
+    joint : str, optional
+        Joint whose journal the plane is of; the only one with clearance if left out.
     turns : int
-        Turns (periods of the forcing) after the transient by which an end is described: periods up to a
-        quarter of them are found.
+        Number of turns, or periods of the forcing, after the transient by which an attractor is recognised;
+        periods up to a quarter of them are found.
     patience : int
-        How often a motion without a period is followed for `turns` more, before it counts as having none.
+        How many times a motion in which no period is found is followed for another `turns`, before it counts
+        as having none.
     tolerance : float
-        Distance up to which section points of periodic ends are the same: of the clearance, of the nominal
-        speed, or in a test system's units. A period is found at a tenth of it.
+        Distance within which section points of periodic motions are the same: as a fraction of the clearance
+        and of the nominal speed, or in a test system's own units. A period is found at a tenth of it.
     uncertainty : bool
         Whether to estimate the uncertainty exponent of the basins' boundary.
     pairs : int
-        Random points for it beside the grid, each with partners at half a step of the grid and below.
+        Number of random points, beside the grid, for the uncertainty exponent; each has partners at half a
+        step of the grid and below.
     refine : int
-        0: every node is followed. n: every 2^n-th node along each axis, and others where these end elsewhere,
-        down to neighbouring nodes; the nearest node that was followed stands for each that was not.
+        How many times the grid is halved where starts end differently: with 0 every node is followed; with n
+        every 2^n-th node along each axis first, and nodes between them only where these end differently. A
+        node that was not followed has the end of the nearest one that was.
     initial, n_jobs
         As in `sensitivity`.
     ensemble : bool, optional
-        Whether to follow eight motions at once; if left out, where that can be (see `bifurcation`).
+        Whether eight motions are followed at once; if left out, wherever that is possible (see
+        `bifurcation`).
 
     Raises
     ------

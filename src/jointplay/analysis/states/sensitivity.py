@@ -73,9 +73,9 @@ def answer(result: xr.Dataset) -> str:
         value, error = (float(result[name]) for name in ("growth", "growth_standard_error"))
         word = decided(result["growth"], result["growth_standard_error"], "it grows", "it shrinks").item()
         lines.append(
-            f"logarithm of a small difference {signed(value, error)} per turn: {word}"
+            f"the logarithm of a small difference changes by {signed(value, error)} per turn: {word}"
             if math.isfinite(value)
-            else "growth not measured: distances grew over fewer than three turns"
+            else "the growth was not measured: distances grew for fewer than three turns"
         )
     if "finite_time_exponent_per_turn" in result:
         values = result["finite_time_exponent_per_turn"].values
@@ -162,32 +162,33 @@ def sensitivity(  # noqa: D417 (nobody gives it the model)
     mechanism : Mechanism or TestSystem
         What moves.
     neighbours : int, optional
-        How many; 20 if left out, none beside a plane.
+        Number of neighbours of each reference state; 20 if left out, none beside a `plane`.
     references : int
-        States of the motion that have neighbours, `turns` apart: their curves are averaged.
+        Number of states of the motion that have neighbours, `turns` apart; their curves are averaged.
     distance : float
-        At the start, in scaled units (see `analysis.states.divergence`).
+        Distance of the neighbours at the start, in scaled units (see `analysis.states.divergence`).
     turns : int
-        Turns of the crank, or periods of the forcing, that all are followed.
+        Number of turns of the crank, or periods of the forcing, for which all are followed.
     samples_per_turn : int
-        How often states are compared.
+        How many times in a turn the states are compared.
     transient : int
-        Turns of the motion before its neighbours start; of the bundle only.
+        Number of turns of the motion before its neighbours start; it holds for the bundle only.
     compare : {"section", "time"}, optional
-        At equal angle of the crank, or at equal times; the first wherever something turns.
+        Whether states are compared at equal angle of the crank (``section``) or at equal times; the first if
+        left out, wherever something turns.
     plane : mapping, optional
-        Two coordinates, each with its values: a rising list or ``{"start", "stop", "num"}``. Of a test system
-        two states; of a linkage ``crank_angle``, ``crank_speed``, ``journal_x``, ``journal_y`` (m),
-        ``eccentricity_ratio_x``, ``eccentricity_ratio_y`` (the same over the clearance),
+        Two coordinates of the start, each with its values: a rising list, or ``start``, ``stop`` and ``num``.
+        Of a test system two states; of a linkage ``crank_angle``, ``crank_speed``, ``journal_x``,
+        ``journal_y`` (m), ``eccentricity_ratio_x``, ``eccentricity_ratio_y`` (the same over the clearance),
         ``journal_velocity_x``, ``journal_velocity_y`` (m/s), or states.
     joint : str, optional
-        Whose journal; the only one with clearance if left out.
+        Joint whose journal the plane is of; the only one with clearance if left out.
     initial : optional
         As in `lyapunov`: the start that the plane goes through.
     seed : int
-        Of the neighbours' directions.
+        Seed of the random directions of the neighbours.
     n_jobs : int, optional
-        Worker processes for the plane.
+        Number of worker processes for the plane.
 
     Raises
     ------

@@ -92,7 +92,9 @@ def _saved(dataset: xr.Dataset) -> list[str]:
         return []
     done, size = int(dataset["computed"].sum()), dataset["computed"].size
     share = plain(100 * done / size, 3)
-    return [f"{done} of {size} values computed ({share} %); the nearest of these stand for the others"]
+    return [
+        f"{done} of {size} values computed ({share} %); each of the others has the motion of the nearest one"
+    ]
 
 
 def _told(dataset: xr.Dataset) -> list[str]:
@@ -127,7 +129,7 @@ def _windows(words: np.ndarray, axes: Sequence[xr.DataArray]) -> list[str]:
         ends = " to ".join(measure(values[i], units, 5) for i in (a, b))
         each.append(f"{ends} ({', '.join(sorted({*words[a + 1 : b]}))})")
     more = f" and {len(narrow) - len(each)} more" if len(narrow) > len(each) else ""
-    what = f"windows in chaos, no end of it, which would last {plain(100 * LASTS, 2)} %"
+    what = f"windows within chaos, each narrower than {plain(100 * LASTS, 2)} % of the value"
     return [f"{what}: {', '.join(each)}{more}"] if each else []
 
 
@@ -273,38 +275,38 @@ def bifurcation(
     section : Section
         Where the motion is cut; once a turn at crank angle 0 if left out.
     record : sequence of str, optional
-        Quantities kept at section points; places and speeds of the journals and speeds of the links if left
-        out, of a test system its state.
+        Quantities that are kept at section points. If left out, places and speeds of the journals and speeds
+        of the links; of a test system its state.
     turns : int
-        Turns of the crank (nominal, where the section is no crank angle) or periods of the forcing that are
-        looked at, at each point.
+        Number of turns of the crank (nominal ones, where the section is no crank angle) or of periods of the
+        forcing that are looked at, at each point.
     direction : {"up", "down", "reset"} or several of them
-        Along the last parameter: each point from its neighbour's end, upward or downward; or each from the
-        given start.
+        How the last parameter is gone through: upward or downward, each point from its neighbour's end, or
+        each point from the given start.
     starts : sequence, optional
-        Several initial states, in place of `initial`.
+        Several initial states, instead of `initial`.
     exponents : int
-        How many leading Lyapunov exponents are computed at each point, from its end on.
+        Number of leading Lyapunov exponents that are computed at each point, from its end on.
     lyapunov_turns : int
-        Nominal turns over which they are averaged.
+        Number of nominal turns over which the exponents are averaged.
     tolerance : float, optional
-        Spread of section points that count as one: of journals, as a fraction of the clearance; of a linkage
-        without clearance, in radians (longest links) and nominal speeds; of a test system, in its own units.
-        If left out, 1e-4, or 1000 `rtol` where that is more.
+        Spread within which section points count as one: of journals, as a fraction of the clearance; of a
+        linkage without clearance, in radians (or longest links) and nominal speeds; of a test system, in its
+        own units. If left out, 1e-4, or 1000 `rtol` where that is more.
     keep : int
-        Section points stored of each point: the last ones.
+        Number of section points that are stored of each point, the last ones.
     rtol : float
         Tolerated error of a step. The default, 1e-7, keeps section points of a periodic motion within 1e-5 of
         a clearance of each other, and costs four fifths of 1e-8.
     refine : int
-        Of a reset sweep: how often boxes of the map are halved. Every 2^refine-th value of each parameter is
-        computed first, and those between only where points around them differ: in period or status, or in
-        the leading exponent (see `contrast`). 0: all values are computed.
+        How many times boxes of the map are halved, in a reset sweep. Every 2^refine-th value of each
+        parameter is computed first, and those between only where points around them differ: in period or
+        status, or in the leading exponent (see `contrast`). 0: all values are computed.
     contrast : float
-        Difference of two points' leading exponents per turn that counts as one, if it is also beyond three of
-        its standard errors.
+        Difference between the leading exponents per turn of two points that counts as one, if it is also more
+        than three of its standard errors.
     ensemble : bool, optional
-        Whether to follow eight motions at once: points of a reset sweep, or chains side by side. If left
+        Whether eight motions are followed at once: points of a reset sweep, or chains side by side. If left
         out, where there are sixteen or more and the structure allows it (rigid links and a motor, clearance
         in one to three joints, an rtol of 1e-8 or more). Two to three times as fast; by another method, whose
         numbers differ within the tolerance, and do not depend on which motions run beside each other. A

@@ -131,7 +131,7 @@ def remarks(dataset: Dataset, correlations: np.ndarray) -> list[str]:
     """Return the lines below the table."""
     lines = ["Batches: correlation of a batch mean with the next one."]
     if np.any(correlations > LIMIT):
-        lines.append("*Batches follow one another: the error bar may be too small.")
+        lines.append("*Successive batches are correlated: the error bar may be too small.")
     residual, divergence = float(dataset["sum_residual"]), float(dataset["mean_divergence"])
     if math.isfinite(residual) and divergence:
         lines.append(f"Sum of all less divergence, relative: {plain(residual / abs(divergence), 1)}")

@@ -125,7 +125,8 @@ def inside(ax: Axes, scene: Scene, loose: Loose, i: int) -> symbols.Artists:
     found = kind.moment(ax, loose, i, scene.before(i))
     if not scene.forces:
         return found
-    words = f"{measure(loose.force[i].max(), 'N', 3)} of at most {measure(loose.force.max(), 'N', 3)}"
+    now, largest = (measure(each.max(), "N", 3) for each in (loose.force[i], loose.force))
+    words = f"{now} (largest {largest})"
     found.append(ax.text(0.0, ax.get_ylim()[1] + 0.05, words, ha="center", va="bottom"))
     turned = scene.pose(i).direction(loose.joint.bearing) if loose.joint.prismatic else 0.0
     for k, angle, share in loose.pushes(i):  # a guide's panel is in line with it

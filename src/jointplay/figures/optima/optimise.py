@@ -49,7 +49,7 @@ def _course(ax: Axes, dataset: Dataset) -> None:
     if there:
         ax.legend(**BELOW, ncols=2)
     else:
-        artists.say(ax, "No quantity of this optimisation has a course over the turns")
+        artists.say(ax, "No quantity of this optimisation varies over the turns")
 
 
 def _designs_tried(ax: Axes, dataset: Dataset) -> None:
@@ -62,7 +62,7 @@ def _designs_tried(ax: Axes, dataset: Dataset) -> None:
     for i, name in enumerate(dataset["parameter"].values):
         look = {"marker": SIGNS[i % len(SIGNS)], "markevery": max(len(steps) // SHOWN, 1), "markersize": 2.5}
         ax.plot(steps, share[:, i], "-", linewidth=0.8, label=str(name), **look)
-    for place, label in zip(opened + 1.5, ["play changes here"] + [None] * len(opened), strict=False):
+    for place, label in zip(opened + 1.5, ["clearance changes here"] + [None] * len(opened), strict=False):
         ax.axvline(place, color=style.GREY, linestyle="--", linewidth=0.8, label=label)
     ax.set(xlabel="Design tried", ylabel="Place between the bounds", ylim=(-0.05, 1.05))
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))

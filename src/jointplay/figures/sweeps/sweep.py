@@ -108,7 +108,9 @@ def curves(part: Dataset, free: list[str], along: str | None, column: str | None
     over = free[-1] if along is None else select.choice("along", along, known, "varied parameter")
     others = [dim for dim in free if dim not in part[over].dims]
     if np.prod([part.sizes[dim] for dim in others]) > CURVES:
-        expected = f"values are needed, until {CURVES} curves are left, as at.{others[0]} = ..."
+        expected = (
+            f"more values are needed, such as at.{others[0]} = ..., so that at most {CURVES} curves are left"
+        )
         raise select.refuse("at", ", ".join(others), expected)
     figure = style.sheet(style.COLUMNS[column or "single"], HEIGHT)
     ax = figure.subplots()

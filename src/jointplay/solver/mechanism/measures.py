@@ -15,6 +15,7 @@ from functools import cache
 from typing import Any
 
 from jointplay.display.errors import InputError, refuse
+from jointplay.display.number_text import typed
 
 SMALLEST = 1e-50  # SI; a handful of such numbers can still be multiplied
 LONGEST = 60  # characters of a text with a unit
@@ -75,13 +76,14 @@ def _converted(given: str, units: str) -> float:
         else f"a number, or one with a unit such as {units},"
     )
     if found is None:
-        raise refuse(given, f"{accepted} is accepted: {unit!r} is no known unit")
+        raise refuse(given, f"{accepted} is accepted; {unit!r} is not a known unit")
     if found != wanted:
-        kinds = " and not ".join(f"{kind:~P}" or "1" for kind in (found, wanted) if kind is not None)
-        raise refuse(given, f"{accepted} is accepted: {unit} comes to {kinds}")
+        what = "a pure number" if units == "1" else units
+        raise refuse(given, f"{accepted} is accepted; {unit} does not convert to {what}")
     value = float(Decimal(number.strip()) * factor / scale)
     if value and not SMALLEST <= abs(value) <= 1 / SMALLEST:
-        raise refuse(given, f"0, or between {SMALLEST:g} and {1 / SMALLEST:g} {units} in size, is accepted")
+        size = f"between {typed(SMALLEST)} and {typed(1 / SMALLEST)} {units} in size"
+        raise refuse(given, f"0, or a number {size}, is accepted")
     return value
 
 
@@ -117,7 +119,7 @@ def coherent(given: Any) -> tuple[Any, str]:
         return given, ""
     factor, base = _base(unit)
     if base is None:
-        raise refuse(given, f"a number, or one with its unit, is accepted: {unit!r} is no known unit")
+        raise refuse(given, f"a number, or one with its unit, is accepted; {unit!r} is not a known unit")
     own = unit if factor == 1 and "%" not in unit else _named(base)
     return _converted(given, own or "1"), own
 

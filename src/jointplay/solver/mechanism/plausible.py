@@ -15,6 +15,7 @@ from typing import Any
 
 from jointplay.display.accepted import above_zero, units_of
 from jointplay.display.errors import Problem, join
+from jointplay.display.number_text import typed
 from jointplay.solver.equations.own.grammar import number, parse
 from jointplay.solver.mechanism.base import Record, in_degrees, in_millimetres
 from jointplay.solver.mechanism.measures import SMALLEST
@@ -63,8 +64,8 @@ def _sizes(mechanism: Any) -> Iterator[Problem]:
         least = SMALLEST if positive else 0.0
         if not least <= abs(value) <= 1 / SMALLEST:
             unit = "" if units in (None, "1") else f" {units}"
-            size = f"0, or a number between {SMALLEST:g} and {1 / SMALLEST:g}{unit} in size, is accepted"
-            yield Problem(key, value, size)
+            size = f"between {typed(SMALLEST)} and {typed(1 / SMALLEST)}{unit} in size"
+            yield Problem(key, value, f"0, or a number {size}, is accepted")
 
 
 def too_wide(clearance: float, links: Sequence[Any]) -> str:
@@ -302,8 +303,8 @@ def _start(mechanism: Any, initial: Mapping[str, Any], apart: Mapping[str, float
     for name, distance in apart.items():
         depth = distance / clearances[name] - 1
         if depth > SUNK:
-            text = f"the journal of {name} starts {depth:.3g} clearances deep in its bearing: digits lost?"
-            yield Problem("initial.angle", dict(initial["angle"]), text)
+            text = f"the journal of {name} starts {depth:.3g} clearances deep in its bearing"
+            yield Problem("initial.angle", dict(initial["angle"]), f"{text}: has a digit been lost?")
 
 
 def _endless(system: Any) -> Iterator[Problem]:

@@ -15,6 +15,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from jointplay.display.accepted import from_pydantic
 from jointplay.display.errors import InputError, unknown
+from jointplay.display.units import measure
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism import plausible
 from jointplay.solver.mechanism.base import (
@@ -230,16 +231,17 @@ class Mechanism(Record):
         springs = [f"  spring {spring.name}: {spring.description}" for spring in self.springs]
         loads = [f"  load {load.name}: {load.description}" for load in self.loads]
         order = f", {self.order} order" if self.elastic_links else ""
-        towards = f" towards {self.gravity_direction:g} rad" if self.gravity_direction != DOWNWARDS else ""
-        last = f"  gravity {self.gravity:g} m/s²{towards}, {self.branch} branch{order}"
+        towards = measure(self.gravity_direction, "rad")
+        towards = f" towards {towards}" if self.gravity_direction != DOWNWARDS else ""
+        last = f"  gravity {measure(self.gravity, 'm/s2')}{towards}, {self.branch} branch{order}"
         return "\n".join([self.name, *links, *joints, *springs, *loads, f"  drive: {self._drive}", last])
 
     def __repr__(self) -> str:
-        clearances = ", ".join(f"{j.name} {j.clearance:g} m" for j in self.clearance_joints) or "none"
+        sizes = ", ".join(f"{j.name} {measure(j.clearance, 'm')}" for j in self.clearance_joints) or "none"
         links = ", ".join(link.name for link in self.links)
         elastic = ", ".join(link.name for link in self.elastic_links)
         bends = f"; elastic: {elastic}" if elastic else ""
-        return f"<Mechanism {self.name}: {links}{bends}; clearance: {clearances}; drive: {self._drive}>"
+        return f"<Mechanism {self.name}: {links}{bends}; clearance: {sizes}; drive: {self._drive}>"
 
     __str__ = __repr__
 

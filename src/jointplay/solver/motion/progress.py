@@ -60,24 +60,23 @@ _reporter: ContextVar[Reporter | None] = ContextVar("reporter", default=None)
 def reported(analysis: Callable[P, T]) -> Callable[P, T]:
     """Make an analysis report to its `progress`: as time passes, never falling, and 1 at the end.
 
-    True stands for a bar on a terminal, or lines in a log.
+    True stands for a bar on a terminal or in a notebook, or lines in a log; left out, a call that lasts has a
+    bar there, too.
     """
 
     @wraps(analysis)
     def call(*arguments, progress: bool | Callable[[float], None] | None = None, **keywords):
-        if isinstance(progress, bool):
-            with requested_progress(progress, analysis.__name__) as told:
-                return call(*arguments, progress=told, **keywords)
-        if not callable(progress):  # None, or what the analysis refuses
-            return analysis(*arguments, progress=progress, **keywords)
-        tell = Reporter(progress)
-        before = _reporter.set(tell)
-        try:
-            result = analysis(*arguments, progress=tell, **keywords)
-            tell(1.0)
-            return result
-        finally:
-            _reporter.reset(before)
+        with requested_progress(progress, analysis.__name__) as told:
+            if not callable(told):  # None, or what the analysis refuses
+                return analysis(*arguments, progress=told, **keywords)
+            tell = Reporter(told)
+            before = _reporter.set(tell)
+            try:
+                result = analysis(*arguments, progress=tell, **keywords)
+                tell(1.0)
+                return result
+            finally:
+                _reporter.reset(before)
 
     return call
 

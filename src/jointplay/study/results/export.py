@@ -110,7 +110,7 @@ def _csv(dataset: xr.Dataset, over: Sequence[str] | None) -> bytes:
     columns = {name: _columns(told, name, rows, names) for name in every}
     if left := [name for name in every if not columns[name] and name not in names]:
         also = sorted({str(dim) for name in left for dim in told[name].dims} - {*rows, *names})
-        theirs = f"; theirs are over {', '.join(also)}" if also else ""
+        theirs = f"; those have the dimensions {', '.join(also)}" if also else ""
         warn(f"not in the table: {', '.join(left)}{theirs}")
     found = {label: column for own in columns.values() for label, column in own.items()}
     frame = xr.Dataset(found, {dim: told[dim].variable for dim in rows}).to_dataframe(rows).reset_index()

@@ -51,7 +51,9 @@ def places(mechanism: Mechanism, motion: xr.Dataset) -> xr.Dataset:
     found = origins(mechanism, angles, apart, slides)
     missed, longest = gap(mechanism, angles, found, apart), max(link.length for link in mechanism.links)
     if not missed <= APART * longest:
-        expected = f"the mechanism that moved so is accepted; here joints miss by {missed:.3g} m"
+        expected = (
+            f"the mechanism that moved like this is accepted; joints of this one are {missed:.3g} m apart"
+        )
         raise refuse(mechanism.name, expected, "mechanism")
     variables = {
         f"origin_{axis}": (

@@ -205,7 +205,7 @@ def _reading(path: Path | str) -> Iterator[None]:
         raise
     except Exception as error:  # in a file of others anything may be of another type than is read here
         reason = " ".join(f"{type(error).__name__}: {error}".split())
-        raise refuse(str(path), f"{expected}; this is none ({reason})", "result") from error
+        raise refuse(str(path), f"{expected}; this file is not one ({reason})", "result") from error
 
 
 def check_writable(

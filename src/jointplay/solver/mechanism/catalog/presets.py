@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any
 
 from jointplay.display.errors import InputError, unknown
+from jointplay.display.number_text import typed
 from jointplay.solver.mechanism.base import LONGEST, Name, Place, Positive, accepts, unit
 from jointplay.solver.mechanism.catalog.preset_parts import (
     Coefficient,
@@ -36,7 +37,7 @@ from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.mechanism.signature import preset
 
 _POSITIVE = "a table of numbers greater than 0 by link"
-_PLACES = f"a table of numbers from -{LONGEST:g} to {LONGEST:g} by link"
+_PLACES = f"a table of numbers from -{typed(LONGEST)} to {typed(LONGEST)} by link"
 _Masses = Annotated[dict[Name, Positive], accepts(_POSITIVE, units="kg")]
 _Inertias = Annotated[dict[Name, Positive], accepts(_POSITIVE, units="kg m²")]
 _Centres = Annotated[dict[Name, Place], accepts(_PLACES, units="m")]

@@ -144,7 +144,7 @@ class FourBar:
         span = f"from {abs(coupler - rocker):.6g} to {coupler + rocker:.6g} m"
         why = f"{self.coupler} and {self.rocker} span {span}, and here {gap:.6g} m lie between their far pins"
         if not self.closes:
-            return f"links that close are accepted, these do at no crank angle: {why}"
+            return f"links that close are accepted; these close at no crank angle: {why}"
         near, far = self._limits
         limits = f"between {near:.6g} and {far:.6g} rad to either side of the ground line"
         limits += f" (at {self._ground_line:.6g} rad)"

@@ -373,7 +373,7 @@ def _open(closure: Closure, x: np.ndarray, held: dict, crank_angle: float) -> st
     """Message on a mechanism that does not close at a crank angle: the gaps of its joints."""
     gaps = _gaps(closure, x, held, crank_angle)
     open_ones = ", ".join(name for name, gap in gaps.items() if gap > 1e-3 * max(gaps.values()))
-    miss = f"its joints miss by {sum(gaps.values()):.3g} m ({open_ones})"
+    miss = f"its joints are {sum(gaps.values()):.3g} m apart ({open_ones})"
     where = f"at a crank angle of {crank_angle:.6g} rad {miss}"
     return f"a mechanism that closes is accepted: {where}"
 

@@ -8,6 +8,7 @@ from typing import Any, Self
 from pydantic import model_validator
 
 from jointplay.display.errors import InputError, refuse, unknown
+from jointplay.display.number_text import plain
 from jointplay.solver.extensions import Table
 from jointplay.solver.mechanism.measures import in_si
 from jointplay.solver.mechanism.own.own_equations import Equations
@@ -121,10 +122,8 @@ class System(Equations):
     def summary(self) -> str:
         """Describe the system in one line of text."""
         units = {name: f" {unit}" for name, unit in self.units.items()}
-        values = ", ".join(
-            f"{name} = {value:g}{units.get(name, '')}" for name, value in self.parameters.items()
-        )
-        cycle = f"; period {self.period:.6g}" if self.period else ""
+        values = ", ".join(f"{name} = {plain(x)}{units.get(name, '')}" for name, x in self.parameters.items())
+        cycle = f"; period {plain(self.period)}" if self.period else ""
         return f"{self.name}: {values or 'no parameters'}{cycle}"
 
     def __repr__(self) -> str:

@@ -17,6 +17,8 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse
+from jointplay.display.number_text import plain
+from jointplay.display.units import measure
 from jointplay.solver.mechanism.base import (
     GROUND,
     Few,
@@ -265,12 +267,14 @@ class Link(Record):
         """Length, mass, inertia and elasticity in a few words."""
         whole, points = self.total, f", {len(self.masses)} point masses in it" if self.masses else ""
         shape = f" ({self.shape.description})" if self.shape else ""
-        rigid = f"{self.length:g} m, {whole.mass:g} kg{points}, {whole.inertia:g} kg m²{shape}"
+        mass, inertia = measure(whole.mass, "kg", 6), measure(whole.inertia, "kg m²", 6)
+        rigid = f"{measure(self.length, 'm', 6)}, {mass}{points}, {inertia}{shape}"
         if not self.elastic:
             return rigid
         shapes = f"{self.beam.elements} elements" if self.beam.elements else "sine shapes"
         shapes += ", stretching" if self.beam.axial else ""
-        return f"{rigid}, elastic: {shapes}, {self.beam.size} modes, damping {self.beam.damping_ratio:g}"
+        damping = f"damping ratio {plain(self.beam.damping_ratio)}"
+        return f"{rigid}, elastic: {shapes}, {self.beam.size} modes, {damping}"
 
 
 def _about_origin(link: Mapping[str, Any]) -> float:

@@ -18,6 +18,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from jointplay.display.errors import NOTHING, InputError, Problem
+from jointplay.display.units import measure
 from jointplay.solver.equations import structure
 from jointplay.solver.mechanism.base import Few, Number, Positive, Record, measured
 
@@ -200,9 +201,9 @@ class Course(Record):
     def course_description(self) -> str:
         """Its values in a few words."""
         mean, harmonics, error = self.terms
-        text = [f"{self.factor * mean:g} {self.units}"]
+        text = [measure(self.factor * mean, self.units)]
         if harmonics:
-            text.append(f"harmonics {', '.join(str(n) for n, _, _ in harmonics)}")
+            text.append(f"with harmonics {', '.join(str(n) for n, _, _ in harmonics)}")
         if self.table is not None:
             text.append(f"of {len(self.table)} values, to {error:.2g} of their range")
         return " ".join(text)

@@ -11,6 +11,8 @@ from typing import Annotated, ClassVar, Literal, Self, get_args
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from jointplay.display.errors import NOTHING, refuse
+from jointplay.display.number_text import plain
+from jointplay.display.units import measure
 from jointplay.solver.equations.structure import Course as Structure
 from jointplay.solver.mechanism.base import Flag, Fraction, Name, Number, Positive, Record, measured, named
 from jointplay.solver.mechanism.parts.courses import Course
@@ -96,8 +98,8 @@ class MotorLine(Record):
     @property
     def description(self) -> str:
         """The drive in a few words."""
-        free = f"no load at {self.no_load_speed:.6g} rad/s"
-        return f"motor, gear ratio {self.gear_ratio:g} on {self.link}, {free}"
+        free = f"{measure(self.no_load_speed, 'rad/s', 6)} without load"
+        return f"motor, gear ratio {plain(self.gear_ratio)}, {self.link} at {free}"
 
 
 def _turns(speed: float) -> float:
@@ -139,7 +141,7 @@ class ConstantSpeed(Record):
     @property
     def description(self) -> str:
         """The drive in a few words."""
-        return f"{self.link} at {self.speed:g} rad/s"
+        return f"{self.link} at {measure(self.speed, 'rad/s', 6)}"
 
 
 class PrescribedTorque(Course):
@@ -244,7 +246,8 @@ class SpeedProfile(Record):
     @property
     def description(self) -> str:
         """The drive in a few words."""
-        return f"{self.link} from {self.start:g} to {self.end:g} rad/s in {self.time:g} s"
+        first, last = (measure(each, "rad/s", 6) for each in (self.start, self.end))
+        return f"{self.link} from {first} to {last} in {measure(self.time, 's')}"
 
 
 class SpeedCycle(Course):
@@ -300,7 +303,7 @@ class SpeedCycle(Course):
     @property
     def description(self) -> str:
         """The drive in a few words."""
-        return f"{self.link} at {self.course_description}, at {self.frequency:g} rad/s"
+        return f"{self.link} at {self.course_description}, repeated at {measure(self.frequency, 'rad/s')}"
 
 
 AnyDrive = MotorLine | ConstantSpeed | PrescribedTorque | SpeedCycle | SpeedProfile | Servo

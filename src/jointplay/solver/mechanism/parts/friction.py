@@ -7,6 +7,8 @@ from typing import Annotated, Any, Self
 
 from pydantic import ConfigDict, Field, field_validator, model_validator
 
+from jointplay.display.number_text import plain
+from jointplay.display.units import measure
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.mechanism.base import NonNegative, Record, measured
 from jointplay.solver.mechanism.parts.quantity import checked_numbers, known_law, made_of
@@ -84,9 +86,9 @@ class Friction(Record):
     def description(self) -> str:
         """Law and numbers in a few words; of Coulomb's law the coefficient."""
         units = {name: each.units for name, each in FRICTIONS[self.law].numbers.items()}
-        told = [f"{n.replace('_', ' ')} {x:g} {units[n]}".removesuffix(" 1") for n, x in self.numbers.items()]
+        told = [f"{n.replace('_', ' ')} {measure(x, units[n])}" for n, x in self.numbers.items()]
         law = "" if self.law == "coulomb" else f" ({', '.join([self.law, *told])})"
-        return f"{self.coefficient:g}{law}"
+        return f"{plain(self.coefficient)}{law}"
 
 
 FRICTIONLESS = Friction(coefficient=0.0)

@@ -10,6 +10,7 @@ from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_v
 
 from jointplay.display.accepted import units_of
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse
+from jointplay.display.units import measure
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.equations.structure import CORNERS
 from jointplay.solver.mechanism.base import (
@@ -277,7 +278,8 @@ class Joint(Record):
             return f"{links}, ideal{' guide' * self.prismatic}"
         friction = f", friction {self.friction.description}" if self.friction else ""
         fit = f" ({self.fit})" if self.fit else ""
-        return f"{links}, clearance {self.clearance:g} m{fit}, {self.contact.description}{friction}"
+        clearance = f"clearance {measure(self.clearance, 'm')}{fit}"
+        return f"{links}, {clearance}, {self.contact.description}{friction}"
 
 
 def _resolved(contact: Contact, joint: Mapping[str, Any]) -> Contact:
@@ -310,7 +312,7 @@ def _fitted(given: Mapping[str, Any]) -> tuple[Any, list[Problem]]:
     if own is None:  # where none is known, any one lets what a joint with clearance needs tell so
         return 1.0 if problems else found.clearance, problems
     if not problems and is_number(clearance := _metres(own)) and clearance != found.clearance:
-        each = f"{found}, on average {found.clearance:g} m of radial clearance"
+        each = f"{found}, on average {measure(found.clearance, 'm')} of radial clearance"
         problems = [Problem("clearance", own, f"either fit or clearance is accepted, not both: {each}")]
     return own, problems
 
@@ -423,10 +425,10 @@ class Contact(Record):
         units = [each.units for each in LAWS[self.law].numbers.values()]
         numbers = [*self.numbers.items()]
         if self.law == "kelvin_voigt":
-            told = (f"{value:g} {unit}" for (_, value), unit in zip(numbers, units, strict=True))
+            told = (measure(value, unit) for (_, value), unit in zip(numbers, units, strict=True))
         else:
             told = (
-                f"{name} {value:g}" + (f" {unit}" if unit != "1" else "")
+                f"{name.replace('_', ' ')} {measure(value, unit)}"
                 for (name, value), unit in zip(numbers, units, strict=True)
             )
             told = (self.law.replace("_", " "), *told)

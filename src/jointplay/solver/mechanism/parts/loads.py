@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
+from jointplay.display.units import measure
 from jointplay.solver.equations import structure
 from jointplay.solver.mechanism.base import Name, Number, PartName, Positive, Turn, measured, named
 from jointplay.solver.mechanism.parts.courses import Course
@@ -41,7 +42,7 @@ class _Load(Course):
     def _phase(self) -> str:
         over = {"time": self.timed, f"the angle of {self.angle}": self.angle is not None}
         words = "".join(f" over {what}" for what, present in over.items() if present)
-        return words + (f" at {self.frequency:g} rad/s" if self.timed else "")
+        return words + (f" at {measure(self.frequency, 'rad/s')}" if self.timed else "")
 
 
 class Force(_Load):
@@ -96,7 +97,8 @@ class Force(_Load):
     @property
     def description(self) -> str:
         """The force's link, place and values in a few words."""
-        where = f"force on {self.link} at {self.on.at:g} m, {self.direction:g} rad in the {self.fixed}"
+        place, direction = measure(self.on.at, "m"), measure(self.direction, "rad")
+        where = f"force on {self.link}, {place} from its origin, at {direction} to the {self.fixed}"
         return f"{where}, {self.course_description}{self._phase}"
 
 

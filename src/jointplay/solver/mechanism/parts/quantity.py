@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from jointplay.display.accepted import from_pydantic
 from jointplay.display.errors import NOTHING, InputError, Problem, unknown
+from jointplay.display.number_text import typed
 from jointplay.solver.equations.quantity import ForceLaw, Quantity
 from jointplay.solver.mechanism.base import Record, is_number
 from jointplay.solver.mechanism.measures import in_si
@@ -108,10 +109,12 @@ def _lowest(each: Quantity) -> float:
 def bounds(each: Quantity, unit: str, bound: Any = None) -> str:
     """Accepted values of a number, as ``greater than 0 m/s``; `bound`: the value that it must exceed."""
     unit = "" if unit == "1" else f" {unit}"
-    words = [f"greater than {_lowest(each):g}" if each.least is None else f"of at least {each.least:g}"]
-    words += [f"at most {each.most:g}"] if each.most is not None else []
+    words = [
+        f"greater than {typed(_lowest(each))}" if each.least is None else f"of at least {typed(each.least)}"
+    ]
+    words += [f"at most {typed(each.most)}"] if each.most is not None else []
     text = f"{' and '.join(words)}{unit}"
     if not isinstance(each.above, str):
         return text
-    value = f" ({bound:g}{unit})" if is_number(bound) else ""
+    value = f" ({typed(bound)}{unit})" if is_number(bound) else ""
     return f"{text} and {'not below' if each.or_equal else 'above'} the {each.above.replace('_', ' ')}{value}"

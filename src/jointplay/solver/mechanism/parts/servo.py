@@ -8,6 +8,7 @@ from typing import ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from jointplay.display.errors import InputError, Problem, join, unknown
+from jointplay.display.units import measure
 from jointplay.solver.equations.drives import NAMES
 from jointplay.solver.equations.own.grammar import (
     CONSTANTS,
@@ -35,8 +36,10 @@ class Servo(Course):
     ----------
     link : str
         The driven link.
-    stiffness, damping : float
-        K_p, N m/rad, above 0, and K_d, N m s/rad.
+    stiffness : float
+        K_p, the torque over the difference of the angles, N m/rad.
+    damping : float
+        K_d, the torque over the difference of the angular velocities, N m s/rad.
     speed : float
         Mean wanted speed, rad/s: φ is this times the time, and what follows.
     constant, harmonics, table, tolerance, factor
@@ -135,10 +138,9 @@ class Servo(Course):
     def description(self) -> str:
         """The drive in a few words."""
         more = ", and a torque fed forward" if self.feedforward else ""
-        wanted = (
-            f"{self.speed:g} rad/s and {self.course_description}" if self.varies else f"{self.speed:g} rad/s"
-        )
-        return f"servo on {self.link} to {wanted}, {self.stiffness:g} N m/rad{more}"
+        varies = f" and {self.course_description}" if self.varies else ""
+        wanted = f"{measure(self.speed, 'rad/s', 6)}{varies}"
+        return f"servo on {self.link} to {wanted}, {measure(self.stiffness, 'N m/rad')}{more}"
 
 
 def _unreal(key: str, text: str) -> Iterator[Problem]:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import BeforeValidator, Field, create_model, model_validator
 
 from jointplay.display.errors import refuse
+from jointplay.display.units import measure
 from jointplay.solver.mechanism.base import Angle, Name, NonNegative, PartName, Record, measured, named
 from jointplay.solver.mechanism.parts.joints import Pin
 
@@ -66,10 +67,9 @@ class Spring(_Points):
     @property
     def description(self) -> str:
         """Ends and numbers in a few words."""
-        damper = f", {self.damping:g} N s/m" if self.damping else ""
-        return (
-            f"{' to '.join(self.links)}, {self.stiffness:g} N/m{damper}, free length {self.free_length:g} m"
-        )
+        damper = f", {measure(self.damping, 'N s/m')}" if self.damping else ""
+        ends, length = " to ".join(self.links), measure(self.free_length, "m")
+        return f"{ends}, {measure(self.stiffness, 'N/m')}{damper}, free length {length}"
 
 
 class TorsionSpring(_Links):
@@ -119,9 +119,9 @@ class TorsionSpring(_Links):
     @property
     def description(self) -> str:
         """Ends and numbers in a few words."""
-        damper = f", {self.damping:g} N m s/rad" if self.damping else ""
-        ends = " against ".join(self.links)
-        return f"torsion, {ends}, {self.stiffness:g} N m/rad{damper}, free at {self.angle:g} rad"
+        damper = f", {measure(self.damping, 'N m s/rad')}" if self.damping else ""
+        ends, angle = " against ".join(self.links), measure(self.angle, "rad")
+        return f"torsion, {ends}, {measure(self.stiffness, 'N m/rad')}{damper}, free at {angle}"
 
 
 def _apart(spring: Any) -> Any:
