@@ -196,7 +196,7 @@ def test_a_word_is_an_alias_of_the_paths_at_which_its_value_stands(word):
 def test_a_word_without_one_value_is_not_differentiated():
     mechanism = jp.catalog.chunmei2002(clearance={"B": 2.9e-5, "C": 1e-5})
     (said,) = told(lambda by: jp.gradient(mechanism, by=[by]), "clearance").values()
-    assert "what has one value here is accepted" in said
+    assert "a parameter that has a single value here" in said
 
 
 def test_several_change_by_the_same_amount_from_where_each_is():

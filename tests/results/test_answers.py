@@ -286,12 +286,13 @@ def test_a_knock_that_is_not_confirmed_says_why():
         return said(result("tipping", table, {"number": [1, 2], "knock": [word]}))[0]
 
     assert answer() == (
-        f"1 (period 1): {word} 0.0003 N m s to 2 (not confirmed: all smaller ones that were tried return, "
+        f"motion 1 (period 1): {word} of 0.0003 N m s leads to motion 2 "
+        "(not confirmed: all smaller ones that were tried return, "
         "73 % of those up to 1.2 times its size tip, as at a fractal boundary, 0.00031 N m s is confirmed)"
     )
     assert "those up to 0.0001 N m s that were tried return" in answer(knock_safe=1e-4)
     assert "boundary, none is confirmed" in answer(confirmed_size=np.nan)
-    assert answer(knock_confirmed=1) == f"1 (period 1): {word} 0.0003 N m s to 2"
+    assert answer(knock_confirmed=1) == f"motion 1 (period 1): {word} of 0.0003 N m s leads to motion 2"
 
 
 def test_the_test_for_chaos_says_that_it_is_a_test():

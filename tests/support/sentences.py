@@ -17,9 +17,13 @@ SILENT = (  # what these write is code, and nobody reads it as a sentence
     "jointplay/solver/codegen/instructions.py",
     "jointplay/solver/codegen/lanes",
     "jointplay/solver/codegen/prebuilt.py",
+    "jointplay/solver/codegen/sparse.py",
+    "jointplay/solver/codegen/variants.py",
+    "jointplay/solver/method/lanes/lane_instructions.py",
     "jointplay_page/script/translate.py",
     "jointplay_page/script/solver.py",
 )
+PLACE = re.compile(r"(outside |axes |offset )?(upper|lower|center|fraction|points)( left| right| center)?")
 WORDS = re.compile(r"[^\W\d_]{2,}[,;:]? [\w{(`'\"-]|\} [a-z]{2,}")
 SCRIPT = re.compile(r"""(["'`])((?:\\.|(?!\1)[^\n\\])*)\1""")
 
@@ -27,7 +31,8 @@ SCRIPT = re.compile(r"""(["'`])((?:\\.|(?!\1)[^\n\\])*)\1""")
 def texts(code: str) -> list[str]:
     """Texts of some source of more than one word, in their order; docstrings are for programmers."""
     tree, found = ast.parse(code), []
-    apart = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    alone = (node.value for node in ast.walk(tree) if isinstance(node, ast.Expr))
+    apart = {id(value) for value in alone if isinstance(value, ast.Constant)}
 
     def visit(node):
         if id(node) in apart:
@@ -42,7 +47,7 @@ def texts(code: str) -> list[str]:
                 visit(part.value)
 
     visit(tree)
-    return [said for said in found if WORDS.search(said)]
+    return [said for said in found if WORDS.search(said) and not PLACE.fullmatch(said)]
 
 
 def _said(node: ast.AST) -> str | None:

@@ -112,7 +112,7 @@ def test_no_orbit_no_curve():
     found = jp.curve(catalog.impact_pair(2.5, 0.8), plane=plane, max_steps=3)
     assert int(found.status) == 2
     assert found.sizes["curve"] == 0
-    assert "no curve found" in str(jp.summary(found))
+    assert "no curve was found" in str(jp.summary(found))
 
 
 @pytest.mark.parametrize(

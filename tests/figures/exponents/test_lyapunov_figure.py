@@ -100,7 +100,7 @@ def test_table():
     assert "*Successive batches" in notes
     assert "Twin trajectories: 0.860 ± 0.050" in notes
     assert "Section's map, largest: 0.850 ± 0.010 per turn" in notes
-    assert "0.2 errors from the section's map" in notes
+    assert "0.2 standard errors from the section's map" in notes
     plain_notes = words(figures.draw(exponents(twin=False)).axes[1])[-1]
     assert "*" not in plain_notes
     assert "Twin" not in plain_notes

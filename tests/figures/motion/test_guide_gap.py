@@ -43,4 +43,4 @@ def test_without_its_slide_a_corner_is_drawn_over_the_time():
 @pytest.mark.parametrize("joint", ["G_lower_front", None])
 def test_an_overview_has_the_gap(joint):
     sheet = figures.draw(of_a_guide(), {"kind": "overview"} | ({"joint": joint} if joint else {}))
-    assert sum("Way of corner" in ax.get_ylabel() for ax in sheet.axes) >= 1
+    assert sum("Distance of corner" in ax.get_ylabel() for ax in sheet.axes) >= 1

@@ -98,7 +98,7 @@ def _motion(result: xr.Dataset, name: str, n: int, there: np.ndarray) -> str:
     text = ", ".join(str(p) if p else "none" for p in periods[:LISTED])
     ends = f"from {_at(result, name, places[0])} to {_at(result, name, places[-1])}"
     best = 100 * float(np.nanmax(one["fraction"].values[places]))
-    return f"{int(one['identity'])}: period {text}, {ends}, up to {plain(best, 3)} % of the starts"
+    return f"motion {int(one['identity'])}: period {text}, {ends}, up to {plain(best, 3)} % of the starts"
 
 
 HERE = (PLANE, "identity")

@@ -89,12 +89,12 @@ def _knock(one: xr.Dataset) -> str:
         if np.isfinite(size):
             units = str(one["knock_units"].values[k])
             sure = "" if int(one["knock_confirmed"].values[k]) else _unsure(one, k, units)
-            other = str(end) if end > 0 else "no settled motion"
-            parts.append(f"{name} {measure(size, units, 3)} to {other}{sure}")
+            other = f"motion {end}" if end > 0 else "no settled motion"
+            parts.append(f"{name} of {measure(size, units, 3)} leads to {other}{sure}")
     found = sorted({int(p) for p in one["edge_period"].values if p > 0})
     edges = f"; on the boundary lies a state of period {', '.join(map(str, found))}" if found else ""
     told = ", ".join(parts) or "no knock that was tried tips it"
-    return f"{int(one['number'])} (period {int(one['period']) or 'none'}): {told}{edges}"
+    return f"motion {int(one['number'])} (period {int(one['period']) or 'none'}): {told}{edges}"
 
 
 def _unsure(one: xr.Dataset, k: int, units: str) -> str:

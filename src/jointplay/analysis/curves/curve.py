@@ -118,7 +118,9 @@ def _plane_fits(
 ) -> Iterator[Problem]:
     """Yield the problems of both parameters and their ranges."""
     if branches is not None and max_branches > 1:
-        yield Problem("max_branches", max_branches, "accepted only without branches, which are all there are")
+        yield Problem(
+            "max_branches", max_branches, "accepted only without branches, which are then the only ones"
+        )
     if branches is not None and start is not None:
         yield Problem("start", start, "accepted only without branches, which have starts of their own")
     for number, (name, values) in enumerate(plane.items()):

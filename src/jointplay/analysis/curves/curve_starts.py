@@ -42,7 +42,9 @@ def labels_fit(
     """Yield the problems of labels of special points, and of the parameter that their branches are over."""
     if branches is None:
         if labels is not None:
-            yield Problem("labels", list(labels), "accepted only with branches, of whose special points")
+            yield Problem(
+                "labels", list(labels), "accepted only with branches, whose special points it numbers"
+            )
         return
     if (key := key_of(branches)) not in plane:
         yield Problem("plane", list(plane), f"{key}, the parameter of the branches, has to be one of the two")

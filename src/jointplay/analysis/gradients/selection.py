@@ -137,7 +137,11 @@ def parameters_fit(
         wrong = [problem for part in parts_of(key) for problem in _part_fits(mechanism, part, place)]
         yield from wrong
         if not wrong and not Parameter(mechanism, key).uniform:
-            yield Problem(place, key, f"what has one value here is accepted, or one path, as {EXAMPLE}")
+            yield Problem(
+                place,
+                key,
+                f"a parameter that has a single value here, or a path such as {EXAMPLE}, is accepted",
+            )
 
 
 def _part_fits(mechanism: Mechanism | TestSystem, key: str, place: str) -> Iterator[Problem]:

@@ -201,7 +201,9 @@ def bounds_fit(mechanism: Mechanism | TestSystem, by: Region, ideal: bool) -> It
                 f"by.{key}", [low, high], f"bounds that hold the present value, {value:g}, are accepted"
             )
         elif ideal and any(part.rpartition(".")[2] == "clearance" for part in parts_of(key)):
-            yield Problem("by", key, "no clearance is accepted with ideal = true, which begins without")
+            yield Problem(
+                "by", key, "no clearance is accepted with ideal = true, which begins without clearance"
+            )
         else:
             yield from _ends_fit(mechanism, key, low, high)
 

@@ -41,7 +41,7 @@ RTOL = 1e-12  # so that the runs' own errors stay far below the distance
 
 def _something_to_do(neighbours: int | None, plane: Any) -> Iterator[Problem]:
     if not _count(neighbours, plane) and plane is None:
-        yield Problem("neighbours", neighbours, "1 or more, or a plane, is accepted")
+        yield Problem("neighbours", neighbours, "a number of 1 or more, or a plane, is accepted")
 
 
 def _resolved(neighbours: int | None, plane: Any, distance: float, rtol: float) -> Iterator[Problem]:
@@ -58,7 +58,7 @@ def _samples_fit(
 
 def _compare_fits(mechanism: Mechanism | TestSystem, compare: str | None) -> Iterator[Problem]:
     if compare == "section" and isinstance(mechanism, TestSystem) and mechanism.period is None:
-        yield Problem("compare", compare, "one of time is accepted where nothing turns")
+        yield Problem("compare", compare, "'time' is accepted where nothing turns")
 
 
 def _transient_fits(neighbours: int | None, plane: Any, transient: int) -> Iterator[Problem]:

@@ -154,12 +154,18 @@ def _incompatible(
     states = [name for name in names if name in state_names(model)]
     for name in journals:
         if (twin := f"{PLACES.get(name[:-1], '')}{name[-1]}") in journals and name < twin:
-            yield Problem(f"{key}.{twin}", twin, f"beside {name}, which is the same, another is accepted")
+            yield Problem(
+                f"{key}.{twin}", twin, f"a coordinate other than {name}, which is the same, is accepted"
+            )
     if journals and states:
         accepted = f"beside {journals[0]}, a coordinate of a journal or of the crank is accepted"
         yield Problem(f"{key}.{states[0]}", states[0], accepted)
     if "crank_speed" in names and isinstance(mechanism.drive, ConstantSpeed):
-        yield Problem(f"{key}.crank_speed", "crank_speed", "the drive prescribes it: another is accepted")
+        yield Problem(
+            f"{key}.crank_speed",
+            "crank_speed",
+            "another coordinate is accepted: the drive prescribes this one",
+        )
     if isinstance(initial, Mapping) and "angle" in initial and set(names) & set(CRANK):
         accepted = "a start by crank_angle and crank_speed is accepted with these coordinates"
         yield Problem("initial", dict(initial), accepted)

@@ -144,5 +144,7 @@ def remarks(dataset: Dataset, correlations: np.ndarray) -> list[str]:
     if "growth" in dataset:
         growth = with_error(float(dataset["growth"]), float(dataset["growth_standard_error"]))
         lines.append(f"Twin trajectories: {growth} per turn")
-        lines.append(f"   {plain(float(dataset['growth_difference']), 2)} errors from the section's map")
+        lines.append(
+            f"   {plain(float(dataset['growth_difference']), 2)} standard errors from the section's map"
+        )
     return lines

@@ -134,4 +134,4 @@ def gap_frame(ax: Axes, joint: str, x: DataArray, reach: float) -> None:
     unit = artists.displayed(x)[1]
     ax.set(ylim=(-half, half), box_aspect=1)
     ax.set_xlabel(artists.axis_label(x, unit))
-    ax.set_ylabel(f"Way of corner {joint}\nto its face, over $e$ (\N{EN DASH})")
+    ax.set_ylabel(f"Distance of corner {joint}\nto its face, over $e$ (\N{EN DASH})")

@@ -88,7 +88,9 @@ def _of_modes(system: Equations) -> Iterator[Problem]:
     while more := {way.to for m in reached for way in modes[m]} & modes.keys() - reached:
         reached |= more
     for mode in modes.keys() - reached:
-        yield Problem(f"modes.{mode}", mode, "a mode that some way leads to is accepted: none does")
+        yield Problem(
+            f"modes.{mode}", mode, "a mode to which some way leads is accepted: none leads to this one"
+        )
 
 
 def _under_modes(system: Equations, problem: Problem) -> Problem:
@@ -262,7 +264,9 @@ def _parts(system: Equations) -> Iterator[Problem]:
         for key in row.keys() & {*system.mass} - {name}:
             if name in system.mass[key]:
                 yield Problem(
-                    f"mass.{name}.{key}", row[key], f"it stands in mass.{key}.{name} too: one is accepted"
+                    f"mass.{name}.{key}",
+                    row[key],
+                    f"this entry stands in mass.{key}.{name} too: one of them is accepted",
                 )
 
 
