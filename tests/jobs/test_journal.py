@@ -17,6 +17,8 @@ from jointplay.jobs.frames import MAGIC
 from jointplay.jobs.job import CRASHED, key_of
 from jointplay.jobs.journal import Journal, write_part
 from jointplay.kinds import KINDS
+from jointplay.solver import extensions
+from jointplay.solver.extensions import packages
 from tests.support.sweep_samples import die, forked
 
 
@@ -188,7 +190,7 @@ def test_cells_of_other_code_are_not_mixed(journal, harm, monkeypatch):
 
 def test_the_code_counts_every_folder_with_a_kind_of_study():
     places = {row.function.__module__ for row in KINDS.values()}
-    counted = (*(folder.replace("/", ".") for folder in origin.FOLDERS), *origin.others())
+    counted = (*(folder.replace("/", ".") for folder in origin.FOLDERS), *packages(*origin.DECIDING))
     assert all(place.startswith(counted) for place in places)
 
 
@@ -204,7 +206,7 @@ def test_the_code_counts_analyses_mechanisms_and_packages_of_others_beside_kerne
     entries = {group: [EntryPoint("a", value, group)] for group, value in points}
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(origin, "PACKAGE", tmp_path / "jointplay")
-    monkeypatch.setattr(origin, "published", lambda group: entries[group])
+    monkeypatch.setattr(extensions, "published", lambda group: entries[group])
     digest = origin.code.__wrapped__
     first = digest()
     (tmp_path / "figures" / "a.py").write_text("2")

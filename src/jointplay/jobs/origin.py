@@ -8,13 +8,11 @@ import platform
 import subprocess
 from functools import lru_cache
 from importlib import metadata
-from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES
-from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
 from jointplay.solver.codegen import cache
-from jointplay.solver.extensions import published
+from jointplay.solver.extensions import code_files, packages
 
 PACKAGE = Path(__file__).resolve().parents[1]
 FOLDERS = (  # beside those that the kernels' digest covers
@@ -23,7 +21,6 @@ FOLDERS = (  # beside those that the kernels' digest covers
     "jointplay/solver/motion",
 )
 DECIDING = tuple(f"jointplay.{table}" for table in ("laws", "frictions", "mechanisms", "kinds"))
-CODE = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
 
 
 class Origin(NamedTuple):
@@ -38,35 +35,10 @@ def code() -> str:
     """Digest of all code that decides a cell's answer: kernels, analyses, mechanisms, others' packages."""
     total = hashlib.sha256(cache.digest().encode())
     places = {folder: PACKAGE.parent / folder for folder in FOLDERS}
-    for name, place in sorted((places | others()).items()):
-        for path in _files(place):
+    for name, place in sorted((places | packages(*DECIDING)).items()):
+        for path in code_files(place):
             total.update(f"{name} {path.relative_to(place)}\n".encode() + path.read_bytes())
     return total.hexdigest()[:16]
-
-
-def others() -> dict[str, Path]:
-    """Packages that publish laws, mechanisms or kinds of study: a folder, or the file of a single module."""
-    modules = {point.module for group in DECIDING for point in published(group)}
-    found = dict(map(_package, modules))
-    return {name: place for name, place in found.items() if place and place != PACKAGE}
-
-
-def _package(module: str) -> tuple[str, Path | None]:
-    """Name and place of a module's outermost package, which is not imported; None where there is none."""
-    name, *rest = module.split(".")
-    spec = find_spec(name)
-    while spec and spec.origin is None and rest:  # a namespace, which many packages share
-        name = f"{name}.{rest.pop(0)}"
-        spec = find_spec(name)
-    if spec is None or not spec.has_location:
-        return name, None
-    place = Path(str(spec.origin)).resolve()
-    return name, place.parent if place.name == "__init__.py" else place
-
-
-def _files(place: Path) -> list[Path]:
-    """Files of code in a folder; of a file, itself."""
-    return sorted(path for path in (place, *place.rglob("*")) if path.is_file() and path.name.endswith(CODE))
 
 
 def own() -> Origin:

@@ -10,17 +10,46 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, MutableMapping
 from functools import cache
+from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
+from importlib.util import find_spec
+from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
 
 T = TypeVar("T")
+OWN = Path(__file__).resolve().parents[1]
+CODE = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
 _found = cache(entry_points)
 
 
 def published(group: str) -> EntryPoints:
     """Entry points of a group; those of all packages are read once, since that reads a file of each."""
     return _found().select(group=group)
+
+
+def packages(*groups: str) -> dict[str, Path]:
+    """Packages that publish in these groups, without importing them: a folder, or a single module's file."""
+    modules = {point.module for group in groups for point in published(group)}
+    return {name: place for name, place in map(_package, modules) if place and place != OWN}
+
+
+def _package(module: str) -> tuple[str, Path | None]:
+    """Name and place of a module's outermost package, which is not imported; None where there is none."""
+    name, *rest = module.split(".")
+    spec = find_spec(name)
+    while spec and spec.origin is None and rest:  # a namespace, which many packages share
+        name = f"{name}.{rest.pop(0)}"
+        spec = find_spec(name)
+    if spec is None or not spec.has_location:
+        return name, None
+    place = Path(str(spec.origin)).resolve()
+    return name, place.parent if place.name == "__init__.py" else place
+
+
+def code_files(place: Path) -> list[Path]:
+    """Files of code in a folder; of a file, itself."""
+    return sorted(path for path in (place, *place.rglob("*")) if path.is_file() and path.name.endswith(CODE))
 
 
 class Table(MutableMapping[str, T]):
