@@ -161,7 +161,7 @@ def test_an_entry_point_that_cannot_be_loaded_names_itself_and_breaks_nothing_el
     assert (done.returncode, done.stdout) == (0, "meadow\n"), done.stderr
     done = run(POINTS + BROKEN, "-c", "import jointplay as jp; jp.Contact(law='bog')")
     said = done.stderr.splitlines()[-1]
-    assert "contact.law: got 'bog'; no such law: accepted: kelvin_voigt, " in said
+    assert "contact.law: got 'bog'; there is no such law; these are accepted: kelvin_voigt, " in said
     why = "ModuleNotFoundError: No module named 'missing_module'"
     assert f"not loaded: entry point 'bog' (missing_module:BOG) of stranger in jointplay.laws: {why}" in said
     assert "entry point 'heath' (stranger:ECHOES) of stranger in jointplay.laws: TypeError: " in said

@@ -142,7 +142,7 @@ def test_a_section_is_one_of_its_records_or_their_tables(given):
 
 def test_a_contact_that_a_test_system_has_not_is_refused_by_check_as_by_run():
     said = refused(jp.poincare, PAIR, jp.ContactSection(joint="middle"), turns=1)
-    assert said == {"section.joint": "no such contact: accepted: upper, lower"}
+    assert said == {"section.joint": "there is no such contact; these are accepted: upper, lower"}
     assert in_a_file(section={"kind": "contact", "joint": "middle"}) == said
     assert in_a_file(section={"kind": "separation"})
 

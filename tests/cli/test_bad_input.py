@@ -14,7 +14,7 @@ CASES = {  # text, change, words that must be said
     "unknown key": (
         TEXT,
         "mechanism.clearence=1e-4",
-        "mechanism.clearence: got 0.0001; no such key: did you mean 'clearance'? accepted: ",
+        "mechanism.clearence: got 0.0001; there is no such key; did you mean 'clearance'? These are accepted",
     ),
     "negative mass": (
         WRITTEN_OUT,
@@ -24,7 +24,7 @@ CASES = {  # text, change, words that must be said
     "clearance 0 in a figure": (
         NO_CLEARANCE,
         "name=a",
-        "figure.joint: got 'B'; no such joint with clearance",
+        "figure.joint: got 'B'; there is no such joint with clearance",
     ),
     "clearance 0 in a section": (
         STARTED_AT_B,
@@ -44,7 +44,7 @@ CASES = {  # text, change, words that must be said
     "no such link": (
         TEXT,
         "mechanism.elastic=['copler']",
-        "mechanism.elastic[0]: got 'copler'; no such link: did you mean 'coupler'? accepted: ",
+        "mechanism.elastic[0]: got 'copler'; there is no such link; did you mean 'coupler'? These",
     ),
     "elements of zero length": (BENT, "mechanism.elements=0", "mechanism.elements: got 0; a whole number of"),
     "more than critical damping": (

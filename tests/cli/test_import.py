@@ -91,8 +91,8 @@ def test_the_table_of_the_docs_is_the_papers_mechanism(tmp_path, capsys):
     ("change", "key", "said"),
     [
         (("part, name", "prat, name"), "line 1", "a first line that names columns"),
-        (("journal_at", "jurnal_at"), "line 1", "no such column: did you mean 'journal_at'?"),
-        (("link, rocker", "lnk, rocker"), "line 4, part", "no such part: did you mean 'link'?"),
+        (("journal_at", "jurnal_at"), "line 1", "no such column; did you mean 'journal_at'?"),
+        (("link, rocker", "lnk, rocker"), "line 4, part", "no such part; did you mean 'link'?"),
         (("crank, 30 mm, 0.4489", "crank, , 0.4489"), "line 2, length", "a link needs it"),
         (("200 mm, 0", "200 mm"), "line 8, y", "a joint needs it"),
         (

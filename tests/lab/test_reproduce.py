@@ -206,7 +206,7 @@ def test_the_studies_of_the_whole_paper_validate():
 @pytest.mark.parametrize(
     ("kind", "changes", "words"),
     [
-        ("readings", ["analysis.panels=['d']"], r"analysis\.panels\[0\]: got 'd'; no such panel"),
+        ("readings", ["analysis.panels=['d']"], r"analysis\.panels\[0\]: got 'd'; there is no such panel"),
         ("readings", ["analysis.readings=['frictionles']"], "did you mean 'frictionless'"),
         ("readings", ["analysis.turns=0"], r"analysis\.turns"),
         ("readings", ["figure.kind='overview'"], r"figure\.kind: got 'overview'"),

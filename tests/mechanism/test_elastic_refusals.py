@@ -116,7 +116,11 @@ def test_a_pin_beyond_an_elastic_link_is_named_once(plain):
 @pytest.mark.parametrize(
     ("changes", "key", "words"),
     [
-        ({"elastic": ("copler",)}, "elastic[0]", "did you mean 'coupler'? accepted: crank, coupler, rocker"),
+        (
+            {"elastic": ("copler",)},
+            "elastic[0]",
+            "did you mean 'coupler'? These are accepted: crank, coupler, rocker",
+        ),
         ({"elastic": ("coupler", "ground")}, "elastic[1]", "accepted: crank, coupler, rocker"),
         ({"elastic": ("coupler", 3)}, "elastic[1]", "a list of link names"),
         ({"elastic": "coupler"}, "elastic", "a list of link names"),

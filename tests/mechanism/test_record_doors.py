@@ -67,7 +67,7 @@ def test_a_name_that_no_symbol_can_have_is_refused(name):
 
 @pytest.mark.parametrize(("kind", "shown"), [(3, "3"), (None, "None"), ("moter", "'moter'")])
 def test_a_kind_is_told_as_it_was_given(kind, shown):
-    with pytest.raises(jp.InputError, match=rf"drive\.kind: got {shown}; no such kind"):
+    with pytest.raises(jp.InputError, match=rf"drive\.kind: got {shown}; there is no such kind"):
         jp.catalog.chunmei2002().replace(drive={"kind": kind, "link": "crank"})
 
 

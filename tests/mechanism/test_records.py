@@ -113,7 +113,7 @@ def test_text_forms_are_short_and_name_the_parts():
         (("joints", 2, "contact", "damping"), -1, "joints[2].contact.damping", "of at least 0 N s/m"),
         (("joints", 2, "contact", "tension"), "no", "joints[2].contact.tension", "true or false"),
         (("joints", 2, "friction", "coefficient"), -0.1, "joints[2].friction.coefficient", "at least 0"),
-        (("drive", "kind"), "moter", "drive.kind", "did you mean 'motor'? accepted: motor, speed"),
+        (("drive", "kind"), "moter", "drive.kind", "did you mean 'motor'? These are accepted: motor, speed"),
         (("drive", "efficiency"), 1.5, "drive.efficiency", "greater than 0 and at most 1"),
         (("drive", "efficiency"), 0.0, "drive.efficiency", "greater than 0 and at most 1"),
         (("drive", "gear_ratio"), 0, "drive.gear_ratio", "a gear ratio greater than 0"),

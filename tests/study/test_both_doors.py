@@ -123,4 +123,4 @@ def test_an_unknown_keyword_is_unknown_at_both_doors(kind):
             key if "." in key else f"analysis.{key}" for key, *_ in told(validate, study)
         }
     said = {key: expected for key, _, expected in told(row.function, trans=1)}
-    assert said["trans"].startswith("no such key:")
+    assert said["trans"].startswith("there is no such key;")

@@ -143,7 +143,7 @@ def test_its_mistakes_are_told_alike_and_all_at_once(returns):
     said = problems(validate, table | {"analysis": wrong, "integrator": {"rtol": 1.0}})
     assert set(said) == {"every", "near", "initial", "rtol"}
     assert said == problems(returns, jp.catalog.duffing(), **wrong, rtol=1.0)
-    assert "no such key: did you mean 'turns'" in str(problems(validate, table | {"analysis": {"turms": 1}}))
+    assert "no such key; did you mean 'turns'" in str(problems(validate, table | {"analysis": {"turms": 1}}))
     assert set(problems(validate, table | {"figure": {"kind": "returns", "scale": "x"}})) == {"figure.scale"}
     assert set(problems(validate, table | {"figure": {"kind": "overview"}})) == {"figure.kind"}
 

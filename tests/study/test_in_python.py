@@ -53,7 +53,7 @@ def test_progress(study, capsys):
     [
         (
             {"mechanism": {"amplitud": 1.0}},
-            "mechanism.amplitud: got 1.0; no such key: did you mean 'amplitude'",
+            "mechanism.amplitud: got 1.0; there is no such key; did you mean 'amplitude'",
         ),
         ({"analysis": {"turns": object()}}, "analysis.turns: got <object"),
         ({"analysis": {"turns": float("nan")}}, "analysis.turns: got nan"),

@@ -54,9 +54,12 @@ def test_a_run_draws_the_usual_number_of_each_cell_and_says_which(study, tmp_pat
 @pytest.mark.parametrize(
     ("changes", "key"),
     [
-        (["figure.kind=sweep", "figure.along=gup"], "figure.along: got 'gup'; no such varied parameter:"),
+        (
+            ["figure.kind=sweep", "figure.along=gup"],
+            "figure.along: got 'gup'; there is no such varied parameter;",
+        ),
         (["figure.kind=sweep", "figure.at=2"], "figure.at: got 2; a table"),
-        (["figure.kind=sweep", "figure.per=turn"], "figure.per: got 'turn'; no such option:"),
+        (["figure.kind=sweep", "figure.per=turn"], "figure.per: got 'turn'; there is no such option;"),
         (
             ["kind=section", "figure.kind=sweep"],
             "figure.quantity: got nothing; the name of a variable is needed",

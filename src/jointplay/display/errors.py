@@ -209,7 +209,8 @@ class _NoSuch(UserString):
     @cached_property
     def data(self) -> str:
         names = ", ".join(self.known) if self.known else "none"
-        said = f"no such {self.what}:{did_you_mean(self.word, self.known)} accepted: {names}"
+        near = did_you_mean(self.word, self.known)
+        said = f"there is no such {self.what};{near} {'These' if near else 'these'} are accepted: {names}"
         return "; ".join([said, *(f"not loaded: {point}: {why}" for point, why in self.broken.items())])
 
 

@@ -216,16 +216,25 @@ def test_the_usual_number_of_motions_is_that_of_the_most_frequent_one(kind):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"quantity": "verdct"}, "figure.quantity: got 'verdct'; no such quantity: did you mean 'verdict'?"),
+        (
+            {"quantity": "verdct"},
+            "figure.quantity: got 'verdct'; there is no such quantity; did you mean 'verdict'?",
+        ),
         (
             {"quantity": "lyapunov_trace"},
             "figure.at.block: got nothing; an entry along block is accepted: 0, 1, 2",
         ),
         ({"at": {"exponent": 3}}, "figure.at.exponent: got 3; an entry along exponent is accepted: 1, 2"),
-        ({"at": {"exponnt": 1}}, "figure.at.exponnt: got 1; no such dimension: did you mean 'exponent'?"),
+        (
+            {"at": {"exponnt": 1}},
+            "figure.at.exponnt: got 1; there is no such dimension; did you mean 'exponent'?",
+        ),
         ({"at": {"clearance": "small"}}, "figure.at.clearance: got 'small'; a value of clearance"),
         ({"kind": "sweep", "at": 2}, "figure.at: got 2; a table"),
-        ({"along": "claerance"}, "figure.along: got 'claerance'; no such varied parameter: did you mean"),
+        (
+            {"along": "claerance"},
+            "figure.along: got 'claerance'; there is no such varied parameter; did you mean",
+        ),
         ({"column": "triple"}, "figure.column: got 'triple'"),
         ({"kind": "lyapunov"}, "result: got 'a sweep over gear_ratio, clearance'; one cell is drawn"),
     ],
