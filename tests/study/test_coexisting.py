@@ -184,5 +184,5 @@ def test_the_answer_is_in_words():
     found = run(loaded(STUDY), jobs=1)
     assert np.isfinite(found["fraction"].values).any()
     lines = answer(found).splitlines()
-    assert lines[0] == "2 motions, at most 2 coexist (gap 3.6)"
+    assert lines[0] == "2 motions, of which at most 2 coexist (gap 3.6)"
     assert "period 1, from gap 3.6 to gap 3.68, up to 50 % of the starts" in lines[1]

@@ -127,7 +127,7 @@ def test_workers_do_not_show(whole, tmp_path):
 def test_plan_and_status_say_what_they_know(whole, tmp_path):
     lines = "\n".join(plan(loaded(MAP), tmp_path, 1))
     assert "cells    9" in lines
-    assert "where these differ others follow, up to 81" in lines
+    assert "where these differ more follow, up to 81" in lines
     done = int(whole[1]["computed"].sum())
     assert next(iter(status(loaded(MAP), whole[0]))) == f"cells    {done} finished"
 

@@ -64,7 +64,7 @@ def test_a_saddle_that_a_start_hits_is_no_attractor():
     flags = found.node_status.attrs["flag_meanings"].split()
     assert flags[int(found.node_status.sel(x=0.0, v=0.0))] == "saddle"
     assert float(found.fraction_none) == 1 / 25
-    assert "a periodic orbit that attracts nothing" in str(jp.summary(found))
+    assert "an unstable periodic orbit" in str(jp.summary(found))
 
 
 def test_an_adaptive_plane_follows_starts_where_basins_meet():
