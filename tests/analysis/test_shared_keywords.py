@@ -18,7 +18,10 @@ SOURCES = Path(jp.__file__).parents[1]
 DOCS = SOURCES.parent / "docs"
 PLACE = "jointplay/analysis/keywords.py"
 LINES = (  # where in its file each of the three goes, and what it is
-    ("    progress : bool or callable, optional\n", "    patience_s : float\n        How long anybody waits.\n"),
+    (
+        "    progress : bool or callable, optional\n",
+        "    patience_s : float\n        How long anybody waits.\n",
+    ),
     ("    progress: Annotated[Progress", "    patience_s: Annotated[Positive, Usual(4.5)]\n"),
 )
 LOOK = """
