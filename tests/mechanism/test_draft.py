@@ -96,7 +96,7 @@ def test_the_message_reads_as_documented(plain):
 
 def test_numpy_numbers_are_numbers_and_shown_as_such():
     assert catalog.chunmei2002(clearance=np.float32(0.005), gear_ratio=np.int64(3)).drive.gear_ratio == 3.0
-    with pytest.raises(InputError, match=re.escape("clearance: got -1e-05; ")):
+    with pytest.raises(InputError, match=re.escape("clearance: got -1e-5; ")):
         catalog.chunmei2002(clearance=np.float64(-1e-5))
 
 

@@ -135,7 +135,7 @@ def test_wrong_fits_are_named_with_what_would_be_accepted():
     assert "500 mm" in only(problems_of(joint, fit="H7/f7", radius=0.3), "joint.fit").expected
     problem = only(problems_of(joint, fit="H7/f7", clearance="30 um"), "joint.clearance")
     assert "not both" in problem.expected
-    assert "1.7e-05 m of radial clearance" in problem.expected
+    assert "17 µm of radial clearance" in problem.expected
     found = problems_of(jp.Joint, **side, fit="H7/q6")
     assert set(found) == {"joint.fit", "joint.radius", "joint.contact"}
     assert set(problems_of(joint, fit="H7/f7", clearance="3 kg")) == {"joint.clearance"}

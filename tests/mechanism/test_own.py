@@ -154,7 +154,7 @@ def changed(**tables):
         ({"mass": {"v": {"v": 1, "p": 1}}}, "mass", "positive definite"),
         ({"parameters": {"depth": 1.0}, "contacts": [STOP]}, "parameters.depth", "a contact's already"),
         ({"mass": {"x": {"x": 1}}}, "mass.x", "no such state"),
-        ({"mass": {"v": {"p": 0.1}, "p": {"v": 0.1, "p": 1}}}, "mass.p.v", "one is accepted"),
+        ({"mass": {"v": {"p": 0.1}, "p": {"v": 0.1, "p": 1}}}, "mass.p.v", "one of them is accepted"),
     ],
 )
 def test_badly_posed(tables, key, said):
@@ -264,7 +264,7 @@ def test_what_moves_while_a_mode_lasts_is_no_position():
             "modes.waits[0].jump",
             "guard is above zero",
         ),
-        ({"rests": [{"to": "fills", "guard": "x"}]}, "modes.rests", "some way leads to"),
+        ({"rests": [{"to": "fills", "guard": "x"}]}, "modes.rests", "to which some way leads"),
         ({"x": [{"to": "fills", "guard": "x"}]}, "modes.x", "a state already"),
         ({"pause": [{"to": "fills", "guard": "x"}]}, "parameters.pause", "a state already"),
         (
