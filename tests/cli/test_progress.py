@@ -2,6 +2,8 @@
 
 import os
 import re
+import subprocess
+import sys
 import threading
 from io import StringIO
 
@@ -57,6 +59,17 @@ def test_a_terminal_gets_a_bar(clock):
     told = {step: float(re.match(r"about (.*) s left", words)[1]) for step, words in left if words}
     assert [*told] == [*range(11, 100)]
     assert all(abs(time - 60 * (1 - step / 100)) <= 1 for step, time in told.items())
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a terminal is made as on Unix")
+def test_a_terminal_that_says_it_has_no_size_gets_a_bar():
+    ours, theirs = os.openpty()
+    code = "import time\nfrom jointplay.display.terminal import Progress\nwith Progress('small') as follow:\n"
+    code += "    for step in range(3):\n        time.sleep(0.15)\n        follow(step / 3)\n"
+    subprocess.run([sys.executable, "-c", code], stderr=theirs, check=True)
+    assert b"\rsmall  67 % |" in os.read(ours, 10_000)
+    os.close(ours)
+    os.close(theirs)
 
 
 @pytest.mark.parametrize("pace", [0.5, 1.0, 2.0])

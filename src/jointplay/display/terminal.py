@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext, redirect_stderr, redirect_stdout
 from contextvars import ContextVar
+from shutil import get_terminal_size
 from typing import Any, Self, TextIO
 
 from jointplay.display.number_text import duration
@@ -134,7 +135,9 @@ class Progress(logging.Handler):
 
             stream = getattr(self.stream, "inner", self.stream)  # a bar steers the terminal
             shape = "{desc} {percentage:3.0f} % |{bar}| {elapsed}{postfix}"
-            self.bar = tqdm(total=1.0, desc=self.name, file=stream, bar_format=shape, leave=False)
+            wide, high = get_terminal_size()  # also of a terminal that says 0
+            size = {"ncols": wide - 1, "nrows": high}
+            self.bar = tqdm(total=1.0, desc=self.name, file=stream, bar_format=shape, leave=False, **size)
             self.bar.start_t -= time.monotonic() - self.entered
 
     def emit(self, record: logging.LogRecord) -> None:
