@@ -130,7 +130,7 @@ def test_equal_multipliers_have_no_derivative(rtol):
         rates={"x": "v", "v": "cos(t) - k*x - c*v"},
         forcing="2*pi",
     )
-    with pytest.warns(jp.ModelWarning, match="equal to another one"):
+    with pytest.warns(jp.ModelWarning, match="multipliers are equal"):
         found = jp.gradient(critical, of=["multiplier:1"], orbit=True, rtol=rtol)
     assert VERDICTS[int(found["derivative_status"])] == "equal_multipliers"
 

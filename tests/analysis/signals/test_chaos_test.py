@@ -186,4 +186,4 @@ def test_a_quantity_that_is_not_there(system, quantity):
 
 def test_too_few_samples_are_why_nothing_is_known():
     found = jp.chaos_test(catalog.duffing(), turns=5)
-    assert jp.summary(found).lines == ("K of the 0-1 test: not known: 5 samples, at least 100 are needed",)
+    assert jp.summary(found).lines == ("K of the 0-1 test is not known: 5 samples, at least 100 are needed",)

@@ -132,7 +132,7 @@ def test_every_mistake_at_once():
 def test_too_many_segments_are_why_nothing_is_known():
     system = catalog.duffing()
     found = jp.spectrum(system, turns=10, samples_per_turn=64, segments=5000)
-    words = "spectrum: not known: 641 samples in 5000 segments, at least 40009 are needed"
+    words = "the spectrum is not known: 641 samples in 5000 segments, at least 40009 are needed"
     assert jp.summary(found).lines == (words,)
     least = jp.spectrum(system, turns=10, samples_per_turn=64, segments=79)
     assert int(least.n_least) == 641
