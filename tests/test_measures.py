@@ -26,10 +26,10 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 40_420,
-    "code lines of its analyses": 13_485,
-    "code lines of all three packages": 45_715,
-    "files of the suite": 401,
+    "code lines of the suite": 40_638,
+    "code lines of its analyses": 13_500,
+    "code lines of all three packages": 45_931,
+    "files of the suite": 402,
     "files with one reader": 92,
     "entries at the top of the suite": 10,
     "files side by side in a room": 22,
