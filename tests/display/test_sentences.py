@@ -17,7 +17,7 @@ PRIVATE = (  # words of no reader's language, or that clip a sentence
     r"\btold\b(?! apart)",
     r"\bnot told\b",
     r"in the other colour",
-    r"\} of at most \{",
+    r"\d N of at most",
     r"\bAs it was\b",
     r"\bis at it\b",
 )
@@ -38,7 +38,14 @@ def test_every_sentence_is_the_one_that_was_read():
 @pytest.mark.parametrize("word", PRIVATE)
 def test_no_sentence_has_a_private_word(word):
     lines = KNOWN.read_text(encoding="utf-8").splitlines()
-    assert [line for line in lines if re.search(word, re.sub(r"\{[^{}]*\}", "{}", line))] == []
+    assert [line for line in lines if re.search(word, without_code(line))] == []
+
+
+def without_code(line):
+    """A text with nothing left in the braces of its expressions."""
+    while (shorter := re.sub(r"\{[^{}]+\}", "", line)) != line:
+        line = shorter
+    return line
 
 
 def test_texts_are_found_and_docstrings_are_not():

@@ -74,7 +74,7 @@ def test_a_window_as_narrow_as_the_steps_warns_of_others():
 def test_the_page_says_what_the_verdict_hangs_on():
     """The force at B is 20 N, and 2 N more with each variant; contact is lost from the third one on."""
     lines = [re.sub(" +", " ", line.strip()) for line in page(assessment()).splitlines()]
-    assert "joint B: kelvin voigt, 7.15e+06 N/m, 228 N s/m; friction 0.01" in lines
+    assert "joint B: kelvin voigt, 7.15 × 10⁶ N/m, 228 N s/m; friction 0.01" in lines
     assert "as given rattles 20 2.2 2 50 mm/s 1" in lines
     assert "stiffness ×10 quiet 22 2.2 0 \N{EN DASH} 1" in lines
     assert "friction ×2 hammers 30 3 1 20 mm/s 1" in lines
