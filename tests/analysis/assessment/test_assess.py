@@ -1,5 +1,7 @@
 """Assessments: each number against another way to it; edges against motions and orbits on their two sides."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,7 @@ BRIEF = plan(60, 40, 60, 1e-7, None)
 
 def one_side(mechanism, key, side, reach, step=0.0025, how=BRIEF):
     """What is found on one side, by change: edge, error, low, high and how."""
-    found = edges(present(mechanism, None, how), key, side, Search(reach, step, 2e-3), how)
+    found = edges(present(mechanism, None, how), key, side, Search(reach, step, 2e-3, 1e-6), how)
     assert found["status"] == 0
     rows = (found[name] for name in ("edge", "error", "low", "high", "how"))
     return {name: row for name, *row in zip(CHANGES, *rows, strict=True)}, found["limit"]
@@ -82,14 +84,18 @@ def test_the_edge_of_period_1_is_where_the_multiplier_is_minus_1():
 
 
 def test_a_window_narrower_than_a_step_is_met():
-    """Doubled from 26.659 down to 26.63 µm, a tenth of a percent; the steps end at 26.671 and 26.604 µm."""
+    """Doubled from 26.659 down to 26.63 µm, a tenth of a percent: no edge, but a window."""
     slow = LOOSE.replace(gear_ratio=15.0, clearance=2.6737e-5)
-    found, _ = one_side(slow, "joints.B.clearance", "below", 1.00499, 0.0025)
-    edge, _, _, _, how = found["doubling"]
-    assert HOW[int(how)] == "period_doubling"
-    assert edge == pytest.approx(2.66585e-5, rel=1e-5)
-    orbit = jp.periodic_orbit(slow.replace(clearance=edge), rtol=1e-10)
+    here, search = present(slow, None, BRIEF), Search(1.00499, 0.0025, 2e-3)
+    found = edges(here, "joints.B.clearance", "below", search, BRIEF)
+    assert np.isnan(found["edge"]).all()
+    ((low, high, _),) = found["windows"]
+    assert low == pytest.approx(2.663e-5, rel=1e-3)
+    assert high == pytest.approx(2.66585e-5, rel=1e-5)
+    orbit = jp.periodic_orbit(slow.replace(clearance=high), rtol=1e-10)
     assert float(orbit["floquet_multiplier"][0, 0]) == pytest.approx(-1.0, abs=1e-3)
+    edge = edges(here, "joints.B.clearance", "below", replace(search, lasting=1e-5), BRIEF)
+    assert edge["edge"][CHANGES.index("doubling")] == pytest.approx(high)
 
 
 def test_a_motion_that_takes_long_to_settle_has_kept_its_period():

@@ -24,7 +24,6 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.assessment.assess import REACH
 from jointplay.analysis.assessment.edges import HOW
-from jointplay.analysis.assessment.page import widths
 from jointplay.analysis.assessment.settled import CHANGES
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
 from jointplay.solver.mechanism.catalog import preset_parts
@@ -204,7 +203,9 @@ def disagreements(mechanism, found, key, side, reach):
     ends = np.concatenate([here["bracket_low"].values, here["bracket_high"].values, backs])
     looked = here["looked_ratio"].values[np.isfinite(here["looked_ratio"].values)]
     looked = np.append(1.0, looked)
-    told = present[-1] or np.isfinite(widths(here)).any()  # of windows between the values looked at
+    told = (
+        present[-1] or np.isfinite(here["window_low"].values).any()
+    )  # of windows between the values looked at
     ratios, looked = outward(looked, edges[np.isfinite(edges)], ends[np.isfinite(ends)], not told)
     cells, judged = by_change(ratios, here)
     windows = here[["window_low", "window_high"]].to_array().values.T  # told of: no motion there is judged

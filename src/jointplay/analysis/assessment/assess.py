@@ -140,7 +140,9 @@ OUTPUTS = Outputs(
                 ("chaos", "whether it is chaotic"),
             )
         },
-        "window_low": Out((*OVER[:2], "window"), "lower end of a window in chaos, over the present value"),
+        "window_low": Out(
+            (*OVER[:2], "window"), "lower end of a window narrower than an edge, over the present value"
+        ),
         "window_high": Out((*OVER[:2], "window"), "its upper end"),
         "window_period": Out((*OVER[:2], "window"), "period of the motion in the window, turns; 0 for none"),
         "variant_quantity": Out("variant", "contact data that is changed", ""),
@@ -179,7 +181,7 @@ OUTPUTS = Outputs(
         "side_status": Out(OVER[:2], "why no further values were looked at", flags=STATUS),
         "preparation": Out((), "time to compile or load functions", "s"),
         "step": Out((), "relative distance of the values looked at first"),
-        "lasting_share": Out((), "share of the parameter over which a change of chaos lasts"),
+        "lasting_share": Out((), "share of the parameter over which a change lasts"),
         "lasting_turns": Out((), "turns that chaos lasted, beside a chaotic motion"),
         "status": Out((), "how it ended", flags=STATUS),
         "wall_time": RUN["wall_time"],
@@ -255,8 +257,7 @@ def assess(  # noqa: D417 (nobody gives it the model)
         Relative distance of two settled motions that enclose a change in the end, where no orbit does; in
         chaos not below `step`.
     lasting : float
-        Share of the parameter over which a change of a chaotic motion has to last. One that does not is a
-        window in chaos.
+        Share of the parameter over which a change has to last. One that does not is a window.
     turns : int
         Turns over which forces are recorded, of a motion that does not repeat.
     lyapunov_turns : int

@@ -13,6 +13,8 @@ and where chaos ends so, whatever else has changed is one, too. Else it is a win
 enclosed. Chaos has no orbit to follow: brackets stand. A motion without a period may lose contact now and
 then: that edge is `irregular`, where it was first seen in the turns followed.
 
+A change that is taken back within a share of the parameter is a window there too, and no edge.
+
 Validity: what begins and ends between two values is not seen, and a motion that coexists with the one
 followed is another one.
 """
@@ -177,16 +179,19 @@ class Side:
     looked : list of tuple
         Values looked at, each with its traits and the period of its motion, outward.
     windows : dict
-        Of chaos, by the value at which each was met.
+        Changes that were taken back too soon, by the value at which each was met: two ends, and a period.
     limit : float
         The last value looked at.
+    lasting : float
+        Share of the parameter over which a change has to last: else it is a window.
     """
 
     here: Settled
     limit: float
+    lasting: float = 0.0
     found: dict[str, tuple[float, ...]] = field(default_factory=dict)
     looked: list[tuple[float, dict[str, bool], int]] = field(default_factory=list)
-    windows: dict[float, Stretch] = field(default_factory=dict)
+    windows: dict[float, tuple[float, float, int]] = field(default_factory=dict)
 
     def __post_init__(self):
         self.found = dict.fromkeys(CHANGES, NOT_MET)
@@ -210,7 +215,14 @@ class Side:
         self.limit = value
         self.looked.append((value, traits, period))
         for name in self.returned(traits):
-            self.found[name] = (*self.found[name][:-2], value, self.found[name][-1])
+            edge, how = self.found[name][0], self.found[name][-1]
+            if abs(math.log(value / edge)) > math.log1p(self.lasting):
+                self.found[name] = (*self.found[name][:-2], value, how)
+                continue
+            low, high = sorted((abs(edge), abs(value)))
+            inside = [period for place, _, period in self.looked[:-1] if low <= abs(place) <= high]
+            self.windows[edge] = (*sorted((edge, value)), inside[-1] if inside else self.here.period)
+            self.found[name] = NOT_MET
 
     def change(self, name: str, one: float, other: float, how: str) -> None:
         """Note a change between two values."""
@@ -228,11 +240,11 @@ def edges(here: Settled, key: str, side: str, search: Search, how: Plan) -> dict
         (0: none) and, over `CHANGES` too, ``traits``; over `CHANGES`: ``edge`` (NaN: not met), its ``error``,
         ``low`` and ``high``, motions that differ and the edge between them, ``back``, where it is first as at
         present again (NaN: not met), and ``how``, an index into `HOW`. ``windows``: low and high end, and
-        period, of each window in chaos that was met.
+        period, of each change that was taken back within the share `lasting`.
     """
     begin = float(Parameter(here.mechanism, key).value)
     carried, way = Carried(here.mechanism, key, how), SIDES[side]
-    found, status, trouble = Side(here, begin), 0, ""
+    found, status, trouble = Side(here, begin, search.lasting), 0, ""
     try:
         if here.orbit is None:
             _carried_along(found, carried, search.in_chaos(), way)
@@ -280,18 +292,31 @@ def _along_orbits(side: Side, carried: Carried, search: Search, way: int) -> Non
 
 
 def _along_branch(side: Side, walk: Walk) -> tuple[Place, float, str] | None:
-    """Follow an orbit: the last place, the value at which it has ended, and how; None at the limit."""
-    here, before = side.here, walk.places[0]
+    """Follow an orbit: the last stable place, the value at which it has ended, and how; None at the limit.
+
+    Where it is stable again within the share that a change has to last, its end is that of a window.
+    """
+    here, before, left = side.here, walk.places[0], None
     while (place := walk.onward()) is not None:
-        if place.lost != before.lost:
+        if not place.stable:
+            if left is None:
+                inner, outer = walk.enclosed(lambda middle: not middle.stable)
+                left = inner, outer.value, kind_of(inner, outer)
+            if abs(math.log(place.value / left[1])) > math.log1p(side.lasting):
+                return left
+            continue
+        if left is None and place.lost != before.lost:
             inner, outer = walk.enclosed(lambda middle, lost=place.lost: middle.lost == lost)
             if side.changed(here.traits | {"contact_loss": outer.lost}):
                 side.change("contact_loss", inner.value, outer.value, "grazing")
-        if not place.stable:
-            inner, outer = walk.enclosed(lambda middle: not middle.stable)
-            return inner, outer.value, kind_of(inner, outer)
+        if left is not None:
+            if side.changed(here.traits | {"contact_loss": place.lost}):
+                side.change("contact_loss", left[1], place.value, "bracketed")
+            side.windows[left[1]] = *sorted((left[1], place.value), key=abs), 2 * here.period
         side.at(place.value, here.traits | {"contact_loss": place.lost}, here.period)
-        before = place
+        before, left = place, None
+    if left is not None:
+        return left
     return None if walk.ended is None else (before, walk.ended, "bracketed")
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from jointplay.analysis.assessment.grades import GRADES, MEANING, UNKNOWN
 from jointplay.display import codes
-from jointplay.display.number_text import plain, signed, with_error
+from jointplay.display.number_text import counted, plain, signed, with_error
 from jointplay.display.units import measure, shown
 
 if TYPE_CHECKING:
@@ -32,7 +32,6 @@ FOUND = {
 NONE = "\N{EN DASH}"
 UNEQUAL = 1e-3  # difference of works, over them, that is told
 PLACES = 41  # values of the diagram that shows a change by brute force
-NARROW = 3  # distances of the values looked at: a change that is taken back within them is a narrow window
 SLOW = 0.9  # largest multiplier above which it is told how slowly a motion settles
 ALIKE = 1.01  # force ratio below which forces are those of ideal joints
 HELPS = 0.99  # of the force ratio: a change that leaves more of it helps nothing
@@ -423,12 +422,6 @@ def _apart(here: Dataset) -> float:
     return abs(math.log(float(here["limit_ratio"]))) / max(int(here["values_looked_at"]), 1)
 
 
-def widths(here: Dataset) -> np.ndarray:
-    """Widest that each change's window can be, on one side, in the logarithm; NaN where it is not narrow."""
-    width = np.abs(np.log(here["return_ratio"].values / here["edge_ratio"].values))
-    return np.where(width <= NARROW * _apart(here), width, np.nan)
-
-
 def _shares(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     """A line on the motions beyond the end of period 1, as shares of the values looked at."""
     one = dataset.sel(parameter=key, side=side)
@@ -446,11 +439,11 @@ def _shares(dataset: Dataset, key: str, side: str) -> Iterator[str]:
 
 def _windows(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     """A line on the changes that are taken back at once: others like them may have been missed."""
-    width = widths(dataset.sel(parameter=key, side=side))
-    if (narrow := np.isfinite(width)).any():
-        names = ", ".join(_words(dataset, str(name)) for name in dataset["change"].values[narrow])
-        wide = f"{plain(100 * np.nanmax(width), 2)} % at most"
-        yield f"{side}: windows of {wide} ({names}); others may lie between the values looked at"
+    known = dataset["window_low"].sel(parameter=key, side=side).values
+    if count := int(np.isfinite(known).sum()):
+        share = plain(100 * float(dataset["lasting_share"]), 2)
+        known = f"{counted(count, 'window')} narrower than {share} % in the result"
+        yield f"{side}: {known}; others may have been missed"
 
 
 def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
