@@ -155,6 +155,21 @@ def test_cells_that_another_packages_code_computed_are_not_taken_for_those_of_it
     assert "these were computed by another" in changed.stderr
 
 
+def test_kernels_of_another_packages_law_are_not_those_of_its_changed_law(run):
+    code = "from jointplay.solver.codegen.digest import digest; print(digest())"
+    first, again, none = (
+        run(*how).stdout
+        for how in (
+            (POINTS, "-c", code),
+            (POINTS, "-c", code),
+            ("", "-c", code),
+        )
+    )
+    changed = run(POINTS, "-c", code, more="\nOTHER = 1\n").stdout
+    assert first == again
+    assert len({first, changed, none}) == 3
+
+
 def test_an_entry_point_that_cannot_be_loaded_names_itself_and_breaks_nothing_else(run):
     code = "import jointplay as jp; print(jp.Contact(law='meadow', stiffness=1.0, damping=0.0).law)"
     done = run(POINTS + BROKEN, "-c", code)

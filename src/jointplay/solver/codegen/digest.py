@@ -1,8 +1,8 @@
 """Digest of all that decides compiled code: its sources, and the versions and flags that shape it.
 
 Numba notices an edit in a function's own file only, and would answer with stale numbers after an edit
-elsewhere. So everything that decides is digested, and what is compiled lies in a folder of that name: an edit
-is another folder.
+elsewhere. So everything that decides is digested, laws that other packages publish among it, and what is
+compiled lies in a folder of that name: an edit is another folder.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ import sys
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+from ..extensions import code_files, packages
 
 SOURCES = ("equations", "codegen", "method")
 FLAGS = (
@@ -30,6 +32,9 @@ def digest() -> str:
     for room in SOURCES:
         for path in sorted((solver / room).rglob("*.py")):
             total.update(f"{path.relative_to(solver)}\n".encode() + path.read_bytes())
+    for name, place in sorted(packages("jointplay.laws", "jointplay.frictions").items()):
+        for path in code_files(place):
+            total.update(f"{name} {path.relative_to(place.parent)}\n".encode() + path.read_bytes())
     versions = [f"{name} {_version(name)}" for name in ("numba", "llvmlite", "numpy", "sympy")]
     flags = [f"{name}={os.environ.get(name, '')}" for name in FLAGS]
     total.update("\n".join([*versions, *flags, platform.machine(), sys.version]).encode())
