@@ -19,13 +19,12 @@ def taken(z: complex) -> float:
     return abs(np.linalg.det(above) / np.linalg.det(one - z * A) / np.exp(z))
 
 
-def longest(stiffness, damping, rate=1e-3, h=np.inf, weight=None):
+def longest(stiffness, damping, rate=1e-3, h=np.inf):
     """The kernel's answer for q'' = stiffness q + damping q'."""
     n = len(stiffness)
-    weight = np.ones(n) if weight is None else weight
     room = np.full(6 * n * n, np.nan)  # J, then scratch
     room[: 2 * n * n] = np.hstack([stiffness, damping]).ravel()
-    return min(h, EXCITED.longest(room, weight, n, n, rate))
+    return min(h, EXCITED.longest(room, n, n, rate))
 
 
 CYCLE = np.roll(np.eye(6), 1, 0)  # without shifts beside its eigenvalues, the iteration stands still
@@ -63,11 +62,33 @@ def test_only_what_grows_shortens_a_step():
     turn = np.array([[1.0, 3e-4], [2e3, 1.0]])
     back = np.linalg.inv(turn)
     stiff, damp = (turn @ np.diag(each) @ back for each in ([-1e10, -1e6], [-10.0, 2.0]))
-    weight = np.array([1.0, 3e-4])
-    assert 5.0 <= longest(stiff, damp, weight=weight) * 1e3 <= 7.0
-    assert longest(stiff, -np.abs(damp[0, 0]) * np.eye(2), h=1.0, weight=weight) == 1.0
-    assert longest(stiff, damp, rate=2.0, h=1.0, weight=weight) == 1.0
-    assert longest(stiff, damp, h=1e-5, weight=weight) == 1e-5
+    assert 5.0 <= longest(stiff, damp) * 1e3 <= 7.0
+    assert longest(stiff, -np.abs(damp[0, 0]) * np.eye(2), h=1.0) == 1.0
+    assert longest(stiff, damp, rate=2.0, h=1.0) == 1.0
+    assert longest(stiff, damp, h=1e-5) == 1e-5
+
+
+BENT = np.array(  # about a contact of the four-bar beside a bent coupler (Hertz, Stribeck), digits cut
+    [
+        [-5.4e7, 4.5e4, -7.6e4, 1.7e6, -1.1e2, -5.6e2, -2.4e1, -2.8e-1],
+        [-1.3e9, 5.3e5, -3.7e5, 2.5e7, -2.8e3, -6.0e4, -5.0e2, -5.9e0],
+        [4.6e8, -8.7e5, 1.3e6, -3.3e7, -2.0e2, -3.6e3, 4.6e2, 5.3e0],
+        [0.0, -3.0e6, 8.5e6, -7.8e7, -2.6e1, -8.6e-1, 5.7e0, 6.6e-2],
+    ]
+)
+OF_BENT = np.linalg.eigvals(np.vstack([np.eye(4, 8, 4), BENT]))
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e3, 1e6, 1e9])
+def test_units_far_apart_do_not_matter(unit, monkeypatch):
+    """Of deflections and of time: the modes are found in a few sweeps of the iteration each."""
+    monkeypatch.setattr(EXCITED, "ITERATIONS", EXCITED.STALLED)
+    scale = np.array([unit, 1.0, 1.0, 1.0])
+    stiff, damp = (scale[:, None] * BENT[:, at : at + 4] / scale for at in (0, 4))
+    for second in (1.0, 1e-6, 1e6):
+        wanted = min(EXCITED._fit(x.real, abs(x), 13.0) for x in OF_BENT)
+        found = longest(stiff / second**2, damp / second, rate=13.0 / second)
+        assert found == pytest.approx(wanted * second, rel=1e-6)
 
 
 @pytest.mark.parametrize("unit", [EXCITED, wall_flow], ids=["soft joints", "rigid walls too"])
@@ -82,3 +103,14 @@ def test_a_flow_is_told(unit):
         motion.real[H], motion.real[GROWTH] = h, 0.1
         unit.at_wall(functions, SEEK_GROWTH, SEEK_GROWTH, work, motion, options)
         assert motion.real[H_EXCITED] == expected
+
+
+def test_where_eigenvalues_are_not_found_their_bound_says_how_long_a_step_is(monkeypatch):
+    """No mode is faster than that, so none is passed over; and the run goes on."""
+    monkeypatch.setattr(EXCITED, "ITERATIONS", 0)
+    work = SimpleNamespace(J=BENT, eigen=np.zeros(96), weight=np.ones(8))
+    motion = SimpleNamespace(real=np.zeros(NUMBERS), modes=np.array([2]))
+    functions = SimpleNamespace(linearised=lambda variant, J, out: np.copyto(out[:32], J.ravel()))
+    motion.real[H], motion.real[GROWTH] = 1.0, 13.0
+    EXCITED.find_excited(functions, work, motion, SimpleNamespace(n_q=4, n=4))
+    assert 0.0 < motion.real[H_EXCITED] * np.abs(OF_BENT).max() <= EXCITED.FAITHFUL

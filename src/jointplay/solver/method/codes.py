@@ -124,7 +124,7 @@ class Status(Code):
     INTERRUPTED = 8, "it was stopped before its end", "run it again; this is what was computed up to there"
     NO_DERIVATIVE = (
         9,
-        "no derivative: rigid faces were met at one time, or a jump ended beyond another guard",
+        "no derivative: rigid faces met at once, a restitution was lowered, or a jump ended beyond a guard",
         "start tilted a little, give faces a stiffness, end jumps within guards, or ask for the motion alone",
     )
     JAMMED = (

@@ -4,11 +4,12 @@ The method is L-stable: of a mode with h |lambda| >> 1 it leaves nothing, also w
 that is long for a vibration that friction excites, as where it falls with the sliding speed, keeps it from
 ever coming up. No estimate of the error tells: without the vibration the motion is a solution as well, only
 one that nothing holds. Hence the eigenvalues of the step's Jacobian are looked at: those of q' = z, z' =
-J (q, z), by elimination to Hessenberg form and the QR iteration with Francis's double shifts.
+J (q, z), by balancing, elimination to Hessenberg form, and the QR iteration with Francis's double shifts.
 
 On the imaginary axis the stability function is |R(iy)| = 1 - 2.4e-5 (y/5)^13, to a fifth for 5 <= y <= 7. A
 step is short enough if that takes less than half of what the mode gains in it. References: Golub and Van
-Loan, Matrix Computations (2013), section 7.5; Hairer and Wanner (see radau), section IV.3.
+Loan, Matrix Computations (2013), section 7.5; Parlett and Reinsch, Numerische Mathematik 13 (1969) 293-304;
+Hairer and Wanner (see radau), section IV.3.
 
 A matrix of n rows lies in one array from the place `at` on, its entry (r, c) at `at` + n r + c.
 """
@@ -37,6 +38,29 @@ def _bound(J, weight, n_q, n):
             damped += abs(J[r * width + n_q + c]) * weight[r] / weight[c]
         most = max(most, damped + np.sqrt(stiff))
     return most
+
+
+@inner
+def _balance(A, at, n):
+    """Scale A until the row and the column of each place are of one size, keeping its eigenvalues.
+
+    Positions and speeds, and those of bent links, have units far apart, and the iteration would wander.
+    """
+    for _ in range(ITERATIONS):
+        balanced = True
+        for i in range(n):
+            row = column = 0.0
+            for k in range(n):
+                row += abs(A[at + n * i + k]) if k != i else 0.0
+                column += abs(A[at + n * k + i]) if k != i else 0.0
+            mean = np.sqrt(row * column)
+            if 0.0 < mean < 0.475 * (row + column):
+                for k in range(n):
+                    A[at + n * i + k] *= mean / row
+                    A[at + n * k + i] *= mean / column
+                balanced = False
+        if balanced:
+            return
 
 
 @inner
@@ -123,6 +147,7 @@ def _fit(gain, size, rate):
 def _longest(A, at, n, rate):
     """Longest step for all modes that gain more than `rate`; 0 where the iteration does not converge."""
     h, end, tries = np.inf, n - 1, 0
+    _balance(A, at, n)
     _reduce(A, at, n)
     while end >= 0:
         low, here = _lowest(A, at, n, end), at + (n + 1) * end
@@ -154,29 +179,31 @@ def _longest(A, at, n, rate):
 
 
 @inner
-def longest(A, weight, n_q, n, rate):
+def longest(A, n_q, n, rate):
     """Longest step for modes that gain more than `rate`, 1/s, of the Jacobian with which A begins.
 
-    The rest of A is scratch.
+    0 where they are not found. The rest of A is scratch.
     """
     n_x, at = n_q + n, n * (n_q + n)
     for r in range(n_x):
         for c in range(n_x):
-            value = 1.0 if c == n_q + r else 0.0
-            if r >= n_q:
-                value = A[(r - n_q) * n_x + c] * weight[r - n_q] / weight[c if c < n_q else c - n_q]
-            A[at + n_x * r + c] = value
+            slope = 1.0 if c == n_q + r else 0.0
+            A[at + n_x * r + c] = slope if r < n_q else A[(r - n_q) * n_x + c]
     return _longest(A, at, n_x, rate)
 
 
 @inner
 def find_excited(functions, work, motion, options):
-    """Note the longest step that follows growing modes about the attempt in work."""
+    """Note the longest step that follows growing modes about the attempt in work.
+
+    Where their eigenvalues are not found, it is one that is short enough for any within their bound.
+    """
     functions.linearised(variant_of(motion.modes), work.J, work.eigen)
-    weight = work.weight[options.n_q :]
     motion.real[H_EXCITED] = np.inf
-    if motion.real[H] * _bound(work.eigen, weight, options.n_q, options.n) > FAITHFUL:
-        motion.real[H_EXCITED] = longest(work.eigen, weight, options.n_q, options.n, motion.real[GROWTH])
+    bound = _bound(work.eigen, work.weight[options.n_q :], options.n_q, options.n)
+    if motion.real[H] * bound > FAITHFUL:
+        found = longest(work.eigen, options.n_q, options.n, motion.real[GROWTH])
+        motion.real[H_EXCITED] = found if found > 0.0 else FAITHFUL / bound
 
 
 @inner
