@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from tests.support import multibody_run
 from tests.support.multibody import GROUND, Body, Marker, Now, Play, Prismatic, Revolute, System
 from tests.support.multibody_beams import Row
 from tests.support.multibody_loads import kelvin_voigt, tanh_friction
@@ -124,6 +125,22 @@ def test_a_rigid_ball_rebounds_by_newton_s_and_coulomb_s_laws(f):
     whole = 1 / (1 / m + R * R / J)  # stops the sliding w R
     across = min(f * push, whole * abs(w * R))  # against the sliding, which is along -y
     assert state[3:6] == pytest.approx([-r * v, across / m, w + R * across / J], rel=1e-11, abs=1e-14)
+
+
+@pytest.mark.parametrize("far", [0.0, 0.3])
+def test_rebounds_end_at_rest_when_their_series_does(far, monkeypatch):
+    """The last of them are lower than the rounding of where the ball is, so far from the origin."""
+    monkeypatch.setattr(multibody_run, "MOST", 60)
+    e, g, v, r, place = 1e-3, 1000.0, 1e-3, 0.6, np.array([far, -far])
+    joint = Revolute("B", Marker("ball"), Marker(GROUND, tuple(place)), Play(e, radius=0.01, **RIGID))
+    system = System([Body("ball", 0.25, 1e-3)], [joint], gravity=g)
+    y = np.array([*(place - (0.0, e - 1e-12)), 0.0, 0.0, v, 0.0])
+    series = 2 * v / g / (1 - r)
+    _, (modes,), events = follow(system, y, [1.1 * series], rtol=1e-11)
+    assert modes == ["rest"]
+    assert [event.kind for event in events] == ["impact"] * (len(events) - 1) + ["rest"]
+    assert len(events) - 1 == pytest.approx(math.log(multibody_run.STILL / v) / math.log(r), abs=3)
+    assert events[-1].time == pytest.approx(series, rel=1e-3)
 
 
 @pytest.mark.parametrize("rigid", [False, True])

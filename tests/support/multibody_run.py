@@ -375,6 +375,13 @@ def _advance(system, now, end, rtol, method, options):
         bent = [_bending(x, mode) for (_, x, *_), mode in zip(solved.touches, modes, strict=True)]
         return np.concatenate([y[n : 2 * n], solved.acceleration, bent if bristles else []])
 
+    def nearing(k):
+        """The normal speed that belongs to guard k, of an impact; None of others."""
+        i, kind = ways[k]
+        if kind != "impact":
+            return None
+        return lambda t, y: system.touches(Now(system, t, y, memory))[i][1].v_n
+
     def steps(t, y, end):
         begin = {"first_step": first} if first < end - t else {}
         return method(rate, t, y, end, **begin, **options)
@@ -391,8 +398,9 @@ def _advance(system, now, end, rtol, method, options):
             path, before = solver.dense_output(), solver.t_old
             for ahead in np.linspace(solver.t_old, solver.t, SAMPLES + 1)[1:]:
                 fallen = [k for k, value in enumerate(values(ahead, path(ahead))) if value < 0]
+                fallen = [k for k in fallen if not nearing(k) or nearing(k)(ahead, path(ahead)) > 0]
                 if fallen:
-                    t, k = min((_root(values, path, k, before, ahead), k) for k in fallen)
+                    t, k = min((_root(values, path, k, before, ahead, nearing(k)), k) for k in fallen)
                     return t, projected(system, t, _ended(steps(solver.t_old, start, t))), ways[k]
                 before = ahead
         if solver.status == "running":
@@ -414,12 +422,19 @@ def _bending(touch, mode) -> float:
     return touch.play.bristles(touch.v_t, touch.z)[1] if mode == "closed" and touch.play.bristles else 0.0
 
 
-def _root(guards, path, k, before, after):
-    """Where guard k falls through 0; at once where it has not been positive since its mode began."""
+def _root(guards, path, k, before, after, nearing=None):
+    """Where guard k falls through 0; at once where it has not been positive since its mode began.
+
+    `nearing`: of an impact, its normal speed. What rebounds is back after its top, however low that is.
+    """
 
     def value(t):
         return guards(t, path(t))[k]
 
+    if nearing and nearing(before, path(before)) < 0:
+        top = brentq(lambda t: nearing(t, path(t)), before, after, xtol=1e-18, rtol=1e-15)
+        low = min(2 * top - before, after)  # its way back takes as long, where rounding hides its height
+        return brentq(value, top, after, xtol=1e-18, rtol=1e-15) if value(top) > 0 else low
     if value(before) > 0:
         return brentq(value, before, after, xtol=1e-18, rtol=1e-15)
     # just begun, at 0: it has risen in between where it is positive at one of ever later points
