@@ -37,13 +37,18 @@ def models(system, key, start=None, powers=False):
 
 def by_tangents(system, values, duration, start=None, powers=False, rtol=1e-12, states=()):
     """Derivatives of state and works, a row a parameter, then a row each of these states' initial values."""
+    bundle = bundle_along(system, values, duration, start, powers, rtol, states)
+    assert bundle.advance() == 0
+    return np.hstack([bundle.vectors, bundle.works])
+
+
+def bundle_along(system, values, duration, start=None, powers=False, rtol=1e-12, states=()) -> Bundle:
+    """A motion at its start, with tangents along parameters, then along these states' initial values."""
     model = assemble(system, start, powers=powers)
     parts = [along(models(system, key, start, powers), value, key) for key, value in values.items()]
     parts += [of_start(model, state_names(model).index(name)) for name in states]
     none = np.zeros((0, len(model.state)))
-    bundle = Bundle(model, Request(duration, rtol), none, held=True, directions=stacked(parts))
-    assert bundle.advance() == 0
-    return np.hstack([bundle.vectors, bundle.works])
+    return Bundle(model, Request(duration, rtol), none, held=True, directions=stacked(parts))
 
 
 def end(model, duration):

@@ -88,6 +88,7 @@ class Event:
     kind: str
     y: np.ndarray
     mode: str = ""
+    share: float = 1.0  # of the restitutions, at an impact
 
 
 GUARDS = {  # by kind, what is positive until it happens: of the touch, its F_n, F_t and mu(0) F_n
@@ -272,17 +273,18 @@ def _impact(system: System, now: State, i: int) -> list[Event]:
     v = now.y[n : 2 * n]
     M, _ = system.inertia(Now(system, now.t, now.y))
     _, G, _, _ = system.constraints(Now(system, now.t, now.y), system.ideal)
-    elastic, inelastic = 1.0, 0.0
+    share, elastic, inelastic = 1.0, 1.0, 0.0
     new, made = _struck(M, G, v, touches, part, resting, elastic)
     if made > 1e-12 * (v @ M @ v):
         for _ in range(60):  # the largest share of all restitutions that makes no energy
             middle = (elastic + inelastic) / 2
             _, made = _struck(M, G, v, touches, part, resting, middle)
             elastic, inelastic = (middle, inelastic) if made > 0 else (elastic, middle)
-        new, _ = _struck(M, G, v, touches, part, resting, inelastic)
+        share = inelastic
+        new, _ = _struck(M, G, v, touches, part, resting, share)
     now.y[n : 2 * n] = new
     after = [touch for _, touch in system.touches(Now(system, now.t, now.y, now.memory))]
-    events = [Event(now.t, k, "impact", now.y.copy(), now.modes[k]) for k in met]
+    events = [Event(now.t, k, "impact", now.y.copy(), now.modes[k], share) for k in met]
     for k in part:
         if abs(after[k].v_n) > STILL:
             if k in resting:
