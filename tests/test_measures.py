@@ -26,9 +26,9 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 40_638,
-    "code lines of its analyses": 13_500,
-    "code lines of all three packages": 45_931,
+    "code lines of the suite": 40_675,
+    "code lines of its analyses": 13_516,
+    "code lines of all three packages": 45_968,
     "files of the suite": 402,
     "files with one reader": 92,
     "entries at the top of the suite": 10,
