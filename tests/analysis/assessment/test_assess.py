@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from jointplay.analysis.assessment.branch_walk import Branch
 from jointplay.analysis.assessment.edges import HOW, Search, edges
 from jointplay.analysis.assessment.forces import forces
 from jointplay.analysis.assessment.settled import CHANGES, Settled, plan, present
@@ -96,6 +97,16 @@ def test_a_window_narrower_than_a_step_is_met():
     assert float(orbit["floquet_multiplier"][0, 0]) == pytest.approx(-1.0, abs=1e-3)
     edge = edges(here, "joints.B.clearance", "below", replace(search, lasting=1e-5), BRIEF)
     assert edge["edge"][CHANGES.index("doubling")] == pytest.approx(high)
+
+
+def test_an_orbit_that_is_not_found_once_more_is_carried(monkeypatch):
+    monkeypatch.setattr(Branch, "first", lambda *_: None)
+    found = edges(
+        present(LOOSE, None, BRIEF), "joints.B.clearance", "above", Search(1.01, 0.005, 2e-3), BRIEF
+    )
+    assert found["status"] == 0
+    assert len(found["looked"]) == 2
+    assert np.isnan(found["edge"]).all()
 
 
 def test_a_motion_that_takes_long_to_settle_has_kept_its_period():

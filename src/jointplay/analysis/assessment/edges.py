@@ -266,10 +266,12 @@ def _along_orbits(side: Side, carried: Carried, search: Search, way: int) -> Non
     """Follow the present orbit, and those of its period behind its ends; then motions beyond them."""
     here, begin, limit = side.here, side.limit, math.log(search.reach)
     branch = Branch(here.mechanism, carried.key, here.period, carried.how.max_steps)
-    place = branch.first(begin, here.orbit)
-    for _ in range(BRANCHES):
-        if place is None or not place.stable:
-            break
+    place, left = branch.first(begin, here.orbit), BRANCHES
+    if place is None or not place.stable:  # it is not found once more: its motion is carried
+        _carried_along(side, carried, search, way)
+        return
+    while place is not None and place.stable and left:
+        left -= 1
         walk = Walk(branch, [place], way, limit - abs(math.log(place.value / begin)), search.step)
         if (end := _along_branch(side, walk)) is None:
             return
