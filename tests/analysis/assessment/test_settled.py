@@ -19,9 +19,12 @@ from jointplay.analysis.assessment.settled import (
     Settled,
     lasting,
     plan,
+    present,
     settled,
 )
 from jointplay.analysis.starts import End
+from jointplay.solver.mechanism.catalog import preset_parts
+from jointplay.solver.mechanism.catalog.preset_parts import fixed, on
 
 HOW = plan(10, 8, 20, 1e-7, None)
 STABLE, CHAOTIC, UNSURE = -1.0, 1.0, 0.1
@@ -115,6 +118,26 @@ def test_forces_of_what_is_not_followed_to_its_end_are_a_status_and_a_word():
         np.arange(table.sizes["turn_share"]) * table["turn_share"][1].item()
     )
     assert table["turn_share"][-1] == 1.0
+
+
+def test_a_journal_that_swings_without_friction_is_known_by_its_orbit():
+    """Displaced journals lose 0.36 to 0.43 % of their swing a turn in runs of 400 turns, at any tolerance."""
+    lengths, masses, inertias = (0.045, 0.31, 0.09), (0.18, 0.42, 0.35), (3.1e-5, 3.4e-3, 2.4e-4)
+    rows = zip(("crank", "coupler", "rocker"), lengths, masses, inertias, strict=True)
+    links = [jp.Link(name=n, length=x, mass=m, centre=x / 2, inertia_centre=i) for n, x, m, i in rows]
+    pins = {
+        "O": (on("crank"), fixed(0.0, 0.0)),
+        "A": (on("crank", 0.045), on("coupler")),
+        "B": (on("coupler", 0.31), on("rocker", 0.09)),
+        "C": (on("rocker"), fixed(0.3, 0.0)),
+    }
+    joints = preset_parts.joined(pins, "", radius=0.006, stiffness=1e7, damping=300.0, friction=0.0)
+    drive = jp.ConstantSpeed(link="crank", speed=65 * np.pi / 30)
+    wiper = jp.Mechanism(links=links, joints=joints, drive=drive).replace(clearance={"B": 6e-5})
+    found = present(wiper, None, plan(100, 32, 200, 1e-7, None))
+    assert found.period == 1
+    assert 0.9957 < found.radius < 0.9964
+    assert found.traits == {"contact_loss": False, "doubling": False, "chaos": False}
 
 
 def history(forces):

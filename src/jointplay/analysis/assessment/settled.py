@@ -47,7 +47,7 @@ CHANGES = ("contact_loss", "doubling", "chaos")
 ONCE_A_TURN = CrankAngle()
 SOUGHT = (20, 20, 40, 40)  # turns after which, one after another, an orbit is sought
 MEAN = 20  # last section points from whose mean
-APPROACH = 10  # turns in which the motion has to come nearer
+APPROACH, STRETCHES = 10, 4  # turns in which the motion has to come nearer, each of so many times
 SHARP = 1e-10  # tolerance of steps: multipliers near 1 need it
 NEWTON = {"iterations": 12, "shortest": 0.25}  # what takes more is no orbit nearby
 CLOSE = 1e-7  # of a distance, in units of the states' scales: it is reached
@@ -185,12 +185,17 @@ def approached(orbit: Orbit, section: SectionMap, point: np.ndarray) -> bool:
     there, way, expected = orbit.map, left[:, largest], abs(values[largest]) ** APPROACH
     ahead = (there.phase - section.phase) * there.direction % (2 * np.pi)
     state = section.moved(point, ahead)[1].state if ahead else point
-    image = there.image(state, False, APPROACH)
-    if image.status:
-        return False
-    before, after = (abs(way @ there.differ(each, orbit.state)) for each in (state, image.state))
-    far = np.max(np.abs(there.differ(image.state, orbit.state)))
-    return bool(far < CLOSE or after < before * (1 + expected) / 2)
+    for _ in range(STRETCHES):
+        image = there.image(state, False, APPROACH)
+        if image.status:
+            return False
+        before, after = (abs(way @ there.differ(each, orbit.state)) for each in (state, image.state))
+        if np.max(np.abs(there.differ(image.state, orbit.state))) < CLOSE:
+            return True
+        if not after < before * (1 + expected) / 2:
+            return False
+        state = image.state
+    return True
 
 
 def plan(transient: int, turns: int, exponent_turns: int, rtol: float, max_steps: int | None) -> Plan:
