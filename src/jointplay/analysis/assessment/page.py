@@ -296,7 +296,7 @@ def _helps(dataset: Dataset) -> str:
     if found[best] > HELPS * now:
         return f"none of these single changes lowers the largest force ({plain(now, 3)} times ideal): {tried}"
     lower = f"from {plain(now, 3)} to {plain(found[best], 3)} times that of ideal joints"
-    return f"of single changes, {best} helps most: it lowers the largest force {lower} ({tried})"
+    return f"of single changes, {best} helps most: it lowers the largest force\n  {lower}\n  ({tried})"
 
 
 def _joints(dataset: Dataset) -> list[str]:
