@@ -194,7 +194,7 @@ def test_records_of_friction():
         linkage(LAWS["stribeck"])
         .joint("B")
         .description.endswith(
-            "friction 0.3 (stribeck, static coefficient 0.5, stribeck velocity 0.1 m/s, exponent 2)"
+            "friction 0.3 (stribeck, static coefficient 0.5, stribeck velocity 100 mm/s, exponent 2)"
         )
     )
 

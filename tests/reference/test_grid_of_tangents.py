@@ -340,7 +340,7 @@ TWO = {  # alike masses that meet two walls at one instant
 
 def test_impacts_at_one_instant_have_no_derivative():
     """Neighbours meet the walls one after the other, and masses that are coupled part differently."""
-    with pytest.warns(jp.ModelWarning, match="two contacts change at one instant"):
+    with pytest.warns(jp.ModelWarning, match="two contacts change at the same instant"):
         found = jp.gradient(own(**TWO), of=["end:state:x"], by=["k", "initial.v"])
     assert VERDICTS[int(found.derivative_status)] == "simultaneous_events"
     assert np.isnan(found.derivative.values).all()

@@ -192,7 +192,7 @@ def test_corners_that_touch_together():
     soft = jp.gradient(make(), of=["end:angle:rod"], by=["joints.G.clearance"], initial=start)
     assert VERDICTS[int(soft["derivative_status"])] == "ok"
     rigid = {"initial": {"crank_speed": 150.0}, "by": ["joints.G.clearance"]}
-    with pytest.warns(jp.ModelWarning, match="two contacts change at one instant"):
+    with pytest.warns(jp.ModelWarning, match="two contacts change at the same instant"):
         hard = jp.gradient(catalog.flores2010(), of=["end:angle:rod"], **rigid)
     assert VERDICTS[int(hard["derivative_status"])] == "simultaneous_events"
     assert "one instant" in jp.summary(hard)

@@ -64,7 +64,7 @@ def test_on_each_side_it_is_right_and_between_there_is_none(numbers):
     (before, one), (after, other) = found.values()
     assert one == [1, 0] != other
     assert (np.abs(before - after).max() > 0.1) == (numbers["j"] != 0)
-    with pytest.warns(jp.ModelWarning, match="two contacts change at one instant"):
+    with pytest.warns(jp.ModelWarning, match="two contacts change at the same instant"):
         both = jp.gradient(system, of=of, by=by, turns=int(END), initial=[0.0, 0.5, 1.0, 0.5])
     assert VERDICTS[int(both["derivative_status"])] == "simultaneous_events"
 
@@ -84,6 +84,6 @@ def test_a_jump_that_ends_beyond_another_guard_has_no_derivative():
     assert motion.state_value.values[0] == pytest.approx([3, 3, 0, 0, 1], abs=1e-10)
     bundle = Bundle(assemble(late), Request(2.0, 1e-10), np.eye(5))
     assert bundle.advance() == Status.NO_DERIVATIVE
-    with pytest.warns(jp.ModelWarning, match="two contacts change at one instant"):
+    with pytest.warns(jp.ModelWarning, match="two contacts change at the same instant"):
         answer = jp.gradient(late, of=["end:state:y"], by=["initial.y"], turns=2)
     assert VERDICTS[int(answer["derivative_status"])] == "simultaneous_events"
