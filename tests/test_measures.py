@@ -26,9 +26,9 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 40_675,
-    "code lines of its analyses": 13_516,
-    "code lines of all three packages": 45_968,
+    "code lines of the suite": 40_682,
+    "code lines of its analyses": 13_523,
+    "code lines of all three packages": 45_975,
     "files of the suite": 402,
     "files with one reader": 92,
     "entries at the top of the suite": 10,
