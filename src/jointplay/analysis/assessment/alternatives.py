@@ -11,9 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from jointplay.analysis.assessment.forces import forces
+from jointplay.analysis.assessment.forces import columns, forces
 from jointplay.analysis.assessment.settled import Settled, Unsettled, reached
 from jointplay.analysis.sweeps.attractor import Plan
 from jointplay.solver.mechanism.parameters import Parameter
@@ -94,8 +92,5 @@ def hangs_on(motion: Settled, turns: int, how: Plan) -> dict[str, Any]:
         except Unsettled as error:
             row["statuses"] = error.status
         rows.append(row)
-    known = next((row for row in rows if "names" in row), {"names": []})
     keys = ("quantity", "change", "statuses", "period", "lost", "peak", "separations", "impact_speed")
-    none = {key: np.full_like(known[key], np.nan, dtype=float) for key in keys[3:] if key in known}
-    answer = {key: np.array([row.get(key, none.get(key, np.nan)) for row in rows]) for key in keys}
-    return {"names": known["names"]} | answer
+    return columns(rows, keys)

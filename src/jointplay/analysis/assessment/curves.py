@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.assessment.branch_walk import Branch, Walk
-from jointplay.analysis.assessment.forces import forces
+from jointplay.analysis.assessment.forces import columns, forces
 from jointplay.analysis.assessment.grades import grade
-from jointplay.analysis.assessment.settled import Settled, Unsettled, approached, on_orbit
+from jointplay.analysis.assessment.settled import SLOW, Settled, Unsettled, approached, on_orbit
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.parameters import Parameter
@@ -35,7 +35,6 @@ REPEATED = 2  # turns recorded where the motion repeats
 PER_TURN = 2048
 HALVED = 5  # steps to a change of the grade
 FARTHER = 10.0  # times the reach of a curve: as far a change of the grade is looked for, by doubling
-SLOW = 0.9  # largest multiplier of a motion that settles slowly: it is followed as an orbit
 STEP = 0.0025  # of the logarithm, the shortest with which an orbit is followed
 END = ("ratio", "grade", "force", "force_ratio", "impact_speed")  # of a place: the last three are the largest
 Spot = tuple[float, dict[str, Any]]  # a ratio, and what is known there
@@ -66,17 +65,13 @@ def curve(here: Settled, key: str, start: Any, turns: int, how: Plan) -> dict[st
     above = scene.rows(where[middle:])
     scene.outward()
     rows = scene.rows(where[:middle][::-1])[::-1] + above
-    names = next((row["names"] for row in rows if "names" in row), [])
     changes = []
     for way in (-1, 1):
         scene.outward()
         changes.append(scene.change(rows, where, way))
-    keys = ("status", "period", "lost", "grade", "peak", "ideal", "impact_speed")
-    known = next((row for row in rows if "names" in row), {})
-    none = {key: np.full_like(known[key], np.nan, dtype=float) for key in keys[1:] if key in known}
-    answer = {key: np.array([row.get(key, none.get(key, np.nan)) for row in rows]) for key in keys}
+    answer = columns(rows, ("status", "period", "lost", "grade", "peak", "ideal", "impact_speed"))
     answer["statuses"] = answer.pop("status")
-    return {"names": names, "ratio": where, "change": np.array(changes)} | answer
+    return answer | {"ratio": where, "change": np.array(changes)}
 
 
 class Scene:
@@ -87,7 +82,7 @@ class Scene:
         self.start, self.turns, self.how = start, turns, how
         self.present = float(Parameter(self.mechanism, key).value)
         self.branch = Branch(self.mechanism, key, max(here.period, 1), how.max_steps)
-        self.slow = here.radius > SLOW
+        self.slow, self.ideal = here.radius > SLOW, {}
         self.first = None if here.orbit is None else self.branch.first(self.present, here.orbit)
         self.outward()
 
@@ -116,10 +111,10 @@ class Scene:
     def _ideal(self, places: list[Mechanism]) -> list[dict[str, float]]:
         """Largest forces of ideal joints by name; where only a clearance differs they are the same."""
         ideals = [place.replace(clearance=0.0) for place in places]
-        alone = dict.fromkeys(ideals)
-        settled = settle_together([(each, None) for each in alone], self.how)
-        peaks = {each: self._peaks(each, answer) for each, answer in zip(alone, settled, strict=True)}
-        return [peaks[each] for each in ideals]
+        new = [each for each in dict.fromkeys(ideals) if each not in self.ideal]
+        settled = settle_together([(each, None) for each in new], self.how)
+        self.ideal |= {each: self._peaks(each, answer) for each, answer in zip(new, settled, strict=True)}
+        return [self.ideal[each] for each in ideals]
 
     def _peaks(self, mechanism: Mechanism, answer: dict[str, Any]) -> dict[str, float]:
         if answer["status"]:

@@ -16,6 +16,7 @@ Reference: Archard, Journal of Applied Physics 24 (1953), for the wear.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -75,6 +76,14 @@ def forces(motion: Settled, turns: int, how: Plan, per_turn: int = SAMPLES) -> d
         answer |= _losses(fine, coarse, bounds) | {"impact_speed": _impact_speeds(model, records)}
         answer |= {name: (fine[name][-1] - fine[name][0]) / turns for name in WORK}
     return answer
+
+
+def columns(rows: Sequence[Mapping[str, Any]], keys: Sequence[str]) -> dict[str, Any]:
+    """Answers of several motions by key, and names of the joints; NaN where one of them has none."""
+    known = next((row for row in rows if "names" in row), {})
+    none = {key: np.full_like(known[key], np.nan, dtype=float) for key in keys if key in known}
+    found = {key: np.array([row.get(key, none.get(key, np.nan)) for row in rows]) for key in keys}
+    return {"names": known.get("names", [])} | found
 
 
 def _history(model: Model, rtol: float, records: Records, parts: list[np.ndarray]) -> History:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.analysis.assessment.grades import GRADES, MEANING, UNKNOWN
+from jointplay.analysis.assessment.settled import SLOW
 from jointplay.display import codes
 from jointplay.display.number_text import counted, plain, signed, with_error
 from jointplay.display.units import measure, shown
@@ -32,7 +33,6 @@ FOUND = {
 NONE = "\N{EN DASH}"
 UNEQUAL = 1e-3  # difference of works, over them, that is told
 PLACES = 41  # values of the diagram that shows a change by brute force
-SLOW = 0.9  # largest multiplier above which it is told how slowly a motion settles
 ALIKE = 1.01  # force ratio below which forces are those of ideal joints
 HELPS = 0.99  # of the force ratio: a change that leaves more of it helps nothing
 NOT_RUN = "not_run"

@@ -50,6 +50,7 @@ MEAN = 20  # last section points from whose mean
 APPROACH, STRETCHES = 10, 4  # turns in which the motion has to come nearer, each of so many times
 SHARP = 1e-10  # tolerance of steps: multipliers near 1 need it
 NEWTON = {"iterations": 12, "shortest": 0.25}  # what takes more is no orbit nearby
+SLOW = 0.9  # largest multiplier above which a motion settles slowly
 CLOSE = 1e-7  # of a distance, in units of the states' scales: it is reached
 
 
