@@ -8,7 +8,7 @@ const verdict = (() => {
   const BATCHES = 40;
   const ERRORS = 3; // standard errors by which an exponent must differ from 0
   const VANISHED = "largest exponent −∞: where the joint sticks, every small difference vanishes";
-  const FOLLOWING = 2 / Math.sqrt(BATCHES); // correlation of batch means from which the error is too small
+  const FOLLOWING = 2 / Math.sqrt(BATCHES); // correlation of batch means from which their error is too small, and widened
 
   // Smallest period of points, rows of coordinates, that all lie within `tolerance`; 0 if there is none.
   function period(points, tolerance) {
@@ -28,11 +28,12 @@ const verdict = (() => {
       return sum / size;
     });
     const mean = means.reduce((a, b) => a + b) / BATCHES;
-    if (!Number.isFinite(mean)) return { mean: -Infinity, error: 0, follows: 0 }; // it vanished: what is left has no direction
+    if (!Number.isFinite(mean)) return { mean: -Infinity, error: 0, wide: 0 }; // it vanished: what is left has no direction
     const off = means.map((each) => each - mean);
     const square = off.reduce((sum, each) => sum + each * each, 0);
     const follows = off.slice(1).reduce((sum, each, i) => sum + each * off[i], 0) / (square || 1);
-    return { mean, error: Math.sqrt(square / (BATCHES - 1) / BATCHES), follows };
+    const error = Math.sqrt(square / (BATCHES - 1) / BATCHES);
+    return { mean, error, wide: follows > FOLLOWING ? error * Math.sqrt((1 + follows) / (1 - follows)) : error };
   }
 
   function number(value, digits = 3) {
@@ -47,8 +48,8 @@ const verdict = (() => {
 
   function kind(repeats, found) {
     if (repeats) return repeats === 1 ? "repeats every turn" : `repeats every ${repeats} turns`;
-    if (found && found.mean > ERRORS * found.error && found.follows <= FOLLOWING) return "chaotic";
-    if (found && found.mean < -ERRORS * found.error) return "still settling";
+    if (found && found.mean > ERRORS * found.wide) return "chaotic";
+    if (found && found.mean < -ERRORS * found.wide) return "still settling";
     return "undecided: follow more turns";
   }
 

@@ -32,6 +32,19 @@ def test_chaos_is_growth_beyond_three_errors(tmp_path):
     assert words(tmp_path, rng.normal(0.0, 0.1, 400), points).startswith("Undecided: follow more turns")
 
 
+@pytest.mark.parametrize(("mean", "said"), [(2.0, "Chaotic"), (0.35, "Undecided")])
+def test_correlated_batches_widen_the_error(mean, said, tmp_path):
+    """Batches of one growth each, correlated by 0.6 with the next: twice their error of 0.1 is right."""
+    rng = np.random.default_rng(5)
+    draws = rng.normal(0.0, 1.0, 40)
+    for i in range(1, 40):
+        draws[i] = 0.75 * draws[i - 1] + math.sqrt(1 - 0.75**2) * draws[i]
+    draws = (draws - draws.mean()) / draws.std(ddof=1) * 0.1 * math.sqrt(40)
+    found = words(tmp_path, np.repeat(mean + draws, 10), rng.random((100, 2)))
+    assert "± 0.10 per turn" in found
+    assert found.startswith(said)
+
+
 @pytest.mark.parametrize("period", [1, 3])
 def test_a_period_is_where_points_come_back(period, tmp_path):
     points = [(float(i % period), 0.0) for i in range(100)]

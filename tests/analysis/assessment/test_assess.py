@@ -41,7 +41,8 @@ def test_a_motion_is_chaotic_only_without_period_and_by_three_errors():
     assert described(1, contact_fraction=(("joint",), [1.0, 0.99]))["contact_loss"]
     assert described(0, **exponent(1.0, 0.32, 0.1))["chaos"]
     assert not described(0, **exponent(1.0, 0.34, 0.1))["chaos"]
-    assert not described(0, **exponent(1.0, 0.1, 0.4))["chaos"]
+    assert described(0, **exponent(1.0, 0.1, 0.4))["chaos"]
+    assert not described(0, **exponent(1.0, 0.1, 0.9))["chaos"]
     assert not described(3, **exponent(1.0, 0.1, 0.1))["chaos"]
 
 

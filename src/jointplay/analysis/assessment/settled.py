@@ -2,7 +2,7 @@
 
 *Contact is lost* where a joint with clearance separates or flies at all; a motion is *other than of period 1*
 where its section points, one a turn, do not all agree; it is *chaotic* where no period is found and the
-largest exponent of its section map is above 0 by more than `ERRORS` standard errors whose batches do not
+largest exponent of its section map is above 0 by more than `ERRORS` standard errors, widened where batches
 follow one another. What is neither is followed further, since motions settle slowly beside the edge of their
 period. A motion carried on from a chaotic one is asked for its exponent at once, over fewer turns: three of
 its errors say whether these were enough, and it is followed further where they do not.
@@ -29,6 +29,7 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.analysis.exponents.batch_means import ERRORS, widened
 from jointplay.analysis.orbits import floquet
 from jointplay.analysis.orbits.orbit_search import at_phase, away_from_events, lost, on_section
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
@@ -41,8 +42,6 @@ from jointplay.solver.mechanism.records import CrankAngle, Mechanism
 PATIENCE = (4, 8, 32)  # transients more, one after another, of a motion without the usual period
 LASTING = (4, 16, 36)  # transients more, one after another, in which chaos must not die out
 SURE = 4  # times the turns of an exponent
-ERRORS = 3  # standard errors by which an exponent must be above 0
-FOLLOWING = 0.32  # correlation of batch means from which their error is too small
 CHANGES = ("contact_loss", "doubling", "chaos")
 ONCE_A_TURN = CrankAngle()
 SOUGHT = (20, 20, 40, 40)  # turns after which, one after another, an orbit is sought
@@ -110,11 +109,11 @@ class Settled:
     @property
     def traits(self) -> dict[str, bool]:
         """Answer of each of `CHANGES`."""
-        exponent, error, follows = (
+        exponent, error, correlation = (
             float(self.value(f"section_{name}"))
             for name in ("exponent_per_turn", "standard_error_per_turn", "batch_correlation")
         )
-        sure = exponent > ERRORS * error and not follows > FOLLOWING
+        sure = bool(exponent > ERRORS * widened(error, correlation))
         lost = bool(np.any(np.asarray(self.value("contact_fraction", 1.0)) < 1.0))
         return {"contact_loss": lost, "doubling": self.period != 1, "chaos": self.period == 0 and sure}
 

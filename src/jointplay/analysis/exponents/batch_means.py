@@ -11,7 +11,8 @@ number of blocks, that of independent blocks of this scatter that would have thi
 
 A motion is called chaotic only where the largest exponent of its section's map is above 0 by more than three
 standard errors, and stable where it is below by as much; all else is undecided. An error bar whose batches
-follow one another is too small to decide by.
+follow one another is too small, and is widened before it decides: means of correlation r from one to the next
+have the error of independent ones times sqrt((1 + r)/(1 - r)).
 """
 
 from __future__ import annotations
@@ -144,12 +145,23 @@ FOLLOWING = 0.32  # correlation of batch means from which the error is too small
 CHAOTIC, UNDECIDED = "chaotic", "undecided"
 
 
+def widened(error: Any, correlation: Any) -> Any:
+    """Errors of means whose batches are correlated; only where that shows, as by chance one in 40 does."""
+    shown = np.where(correlation > FOLLOWING, np.minimum(correlation, 1 - 1e-9), 0.0)
+    return error * np.sqrt((1 + shown) / (1 - shown))
+
+
 def decided(
-    value: xr.DataArray, error: xr.DataArray, above: str = CHAOTIC, below: str = "stable"
+    value: xr.DataArray,
+    error: xr.DataArray,
+    above: str = CHAOTIC,
+    below: str = "stable",
+    correlation: Any = 0.0,
 ) -> xr.DataArray:
     """The word that the sign of each value deserves, by its error; minus infinity is below 0."""
     from xarray import where
 
+    error = widened(error, correlation)
     sure = np.isfinite(error)
     positive, negative = sure & (value > ERRORS * error), sure & (value < -ERRORS * error)
     return where(positive, above, where(negative | np.isneginf(value), below, UNDECIDED))
