@@ -72,7 +72,7 @@ def copy(tmp_path):
     return Copy(tmp_path)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_law_is_one_file_and_its_trial_reference_and_rows_of_tables_follow(copy):
     added = "".join(line for line in LAW.splitlines(keepends=True) if not line.startswith("from "))
     copy.edit(LAWS, lambda text: f"{text}\n{added}")
@@ -111,6 +111,7 @@ assert "friction_power:B" in module.ABRUPT and "normal_force:B" not in module.AB
 """
 
 
+@pytest.mark.long
 def test_a_quantity_is_two_lines_and_whether_it_follows_accelerations_is_found(copy):
     stored = re.search(r"^( +)yield f\"stored_energy.*\n", (ROOT / PLAY).read_text("utf-8"), re.M)
     copy.edit(PLAY, lambda text: text.replace(stored[0], stored[0] + stored[1] + EXPRESSION))

@@ -143,6 +143,7 @@ def test_laws_mechanisms_kinds_and_figures_that_a_package_publishes_are_used_as_
     assert done.stdout == "hello True\n", done.stderr
 
 
+@pytest.mark.nightly
 def test_cells_that_another_packages_code_computed_are_not_taken_for_those_of_its_changed_code(run, tmp_path):
     study = STUDY.partition("joints")[0].replace("seesaw", "impact_pair").replace("clearance = 2e-4", PAIR)
     (tmp_path / "a.toml").write_text(study + "[vary]\ngap = [3.6, 3.7]\n[analysis]\nturns = 1\n")

@@ -75,6 +75,7 @@ CALLS = {  # which together give all that their kinds declare
     "work_precision": [{"mechanism": PAIR, "tolerances": 1e-6, "peers": (), "rounds": 0}],
     "benchmark": [{"mechanism": jp.catalog.ivp_crank(), "max_steps": 3}],
 }
+SLOW = ("assess", "claims", "scheme_comparison")  # seconds each
 AXES = {
     "basins": ("y", "v"),
     "sensitivity": ("y", "v"),
@@ -83,7 +84,11 @@ AXES = {
 }  # of the planes that results are over
 
 
-@pytest.mark.parametrize("row", KINDS.values(), ids=lambda row: row.name)
+def marked(row):
+    return pytest.param(row, id=row.name, marks=[pytest.mark.long] * (row.name in SLOW))
+
+
+@pytest.mark.parametrize("row", [marked(row) for row in KINDS.values()])
 def test_all_that_is_declared_is_given_and_said(row):
     results = [row.function(**call) for call in CALLS[row.name]]
     outputs = row.outputs

@@ -1,5 +1,7 @@
 """`jointplay assess`: the page, the stored result, files of other kinds, wrong input."""
 
+import pytest
+
 import jointplay as jp
 from jointplay.cli import main
 
@@ -35,6 +37,7 @@ def found_mechanism():
     return jp.catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
 
 
+@pytest.mark.long
 def test_of_a_file_of_another_kind_the_mechanism_alone_is_taken(tmp_path, capsys):
     path = tmp_path / "motion.toml"
     path.write_text(f'kind = "response"\nname = "mine"\n{MECHANISM}[analysis]\nturns = 5\n', encoding="utf-8")

@@ -120,7 +120,7 @@ print(jp.__file__, float(run["angle"].sel(link="rocker")[-1]).hex())
 """
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_wheel_brings_the_loops_and_runs_without_a_compiler(tmp_path):
     if not prebuilt._suits():
         pytest.skip("this processor cannot run it")

@@ -21,6 +21,7 @@ CLOSE = {"response": 5e-6, "section": 1e-7, "gradient": 1e-5}
 IN_LANES = 1e-4  # of motions whose tolerance is 1e-8
 LATE = 1e-9  # s
 
+LONG = {30, 48, 86, 102, 143}  # scenes that are quick to follow, but whose equations are long to compile
 KNOWN = {}  # scenes by number whose numbers are wrong today, and why
 
 
@@ -32,7 +33,7 @@ def quick(choice):
 
 def marked(number, choice):
     """A scene of the default tests, or a long one."""
-    marks = [] if quick(choice) else [pytest.mark.nightly]
+    marks = [] if quick(choice) and number not in LONG else [pytest.mark.nightly]
     marks += [pytest.mark.xfail(strict=True, reason=KNOWN[number])] if number in KNOWN else []
     return pytest.param(number, id="-".join([str(number), *choice.values()]), marks=marks)
 

@@ -27,7 +27,10 @@ MADE = {  # more of some kinds than a call that is right
     "stress": {"scenes": 1, "variants": ["rigid"], "turns": 1},
 }
 STORED = ("fig03a", "fig12c", "claims", "readings", "scheme_comparison")
-COMPUTED = [kind for kind in KINDS if kind not in STORED]
+SLOW = ("assess", "tipping")
+COMPUTED = [
+    pytest.param(kind, marks=[pytest.mark.nightly] * (kind in SLOW)) for kind in KINDS if kind not in STORED
+]
 
 
 def failed(path):

@@ -47,6 +47,8 @@ SCENES = {  # the paper's cases by their letters; those in `LONG` have structure
     "own equations": lambda: written("impact_oscillator"),
 }
 LONG = {
+    "A",
+    "no tension",
     "own equations",
     "two joints",
     "slider-crank",

@@ -72,6 +72,7 @@ def test_the_edge_of_contact_is_where_the_separation_ends():
     assert limit == pytest.approx(2.35e-5 / 1.06)
 
 
+@pytest.mark.long
 def test_the_edge_of_period_1_is_where_the_multiplier_is_minus_1():
     """Over the gear ratio, which changes the nominal speed; against orbits found beside it."""
     found, _ = one_side(LOOSE.replace(gear_ratio=3.5), "gear_ratio", "above", 1.05)

@@ -32,6 +32,7 @@ def works(confirmed=1) -> xr.Dataset:
     return xr.Dataset(data, coords, {"kind": "work_precision"})
 
 
+@pytest.mark.long
 def test_errors_are_drawn_over_time_and_over_evaluations():
     data = works()
     times, evaluations = figures.draw(data).axes
