@@ -132,6 +132,18 @@ def test_pictures_are_in_full_colour(folder):
     assert {name: mode for name, mode in modes.items() if mode not in ("RGB", "RGBA")} == {}
 
 
+def test_each_analysis_is_told_once_and_in_a_screen():
+    """Each section leads to its kind's own page, of keys and results; `assess` shows what is printed."""
+    text = (DOCS / "analyses.md").read_text(encoding="utf-8")
+    sections = re.findall(r"^## (\w+)\n\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
+    elsewhere = {"response", "section", "benchmark", "claims", "readings", "scheme_comparison"}
+    assert sorted(name for name, _ in sections) == sorted(set(KINDS) - elsewhere)
+    for name, section in sections:
+        if name != "assess":
+            assert section.startswith(f"[`{name}`](generated/kind_{name}.md) "), name
+            assert len(section.split()) <= 330, name
+
+
 def test_examples_of_generated_pages_validate():
     from jointplay.study.file import validate
 
