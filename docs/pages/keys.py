@@ -71,7 +71,7 @@ def rows(record: type[Record]) -> Iterator[tuple[str, str, str, str]]:
         yield (
             f"`{name}`",
             units_of(field) or "",
-            _default(field.get_default(call_default_factory=True)),
+            written_default(field.get_default(call_default_factory=True)),
             words,
         )
 
@@ -83,7 +83,8 @@ def _kind(name: str, field: FieldInfo) -> str:
     return name.replace("_", " ").capitalize()
 
 
-def _default(default: Any) -> str:
+def written_default(default: Any) -> str:
+    """A default as it is written in a table."""
     if default is PydanticUndefined:
         return "needed"
     if default is None or default in ((), {}) or isinstance(default, Record):
@@ -142,7 +143,7 @@ def keyword_rows(
             continue
         default = PydanticUndefined if each.default is each.empty else each.default
         units = units_of(FieldInfo.from_annotation(hints.get(name, Any))) or ""
-        yield f"`{name}`", units, _default(default), said.get(name, "as in `simulate`")
+        yield f"`{name}`", units, written_default(default), said.get(name, "as in `simulate`")
 
 
 def catalog_page() -> str:

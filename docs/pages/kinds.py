@@ -60,7 +60,9 @@ def page(row: Kind) -> str:
     if rows:
         head = ("variable", "over", "unit", "meaning")
         parts.append(f"## What it gives\n\n{table(head, rows)}\n{markdown(' '.join(row.outputs.notes()))}\n")
-    drawn = [(f"`{name}`", markdown(summary(figures.KINDS[name]))) for name in suited(row)]
+    drawn = [
+        (f"[`{name}`](figures.md#{name})", markdown(summary(figures.KINDS[name]))) for name in suited(row)
+    ]
     parts.append(f"## Figures\n\n{table(('kind of figure', 'what it draws'), drawn)}")
     if own:
         listed = [(f"`{path.relative_to(ROOT)}`", markdown(title(path))) for path in own]
