@@ -77,11 +77,11 @@ def materials() -> str:
 
 
 def fits() -> str:
-    """Radial clearance of common fits by diameter, µm: least, mean, largest."""
+    """Radial clearance of common fits by diameter, µm: least and largest."""
 
     def told(name: str, diameter: int) -> str:
         found = jp.fit(name, diameter / 1000)
-        return " / ".join(f"{1e6 * each:g}" for each in (found.least, found.clearance, found.most))
+        return f"{1e6 * found.least:g}–{1e6 * found.most:g}"
 
     rows = ((f"{each} mm", *(told(name, each) for name in FITS)) for each in DIAMETERS)
     return _table(("diameter", *FITS), *rows)
