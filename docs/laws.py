@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import FACTORS, LAWS
-from jointplay.solver.equations.quantity import ForceLaw, Quantity
+from jointplay.solver.equations.quantity import ForceLaw
 from jointplay.study.cite import short
 
 PAGES = {name: Path(__file__).with_name(f"{name}.md") for name in ("laws", "friction-laws")}
@@ -39,27 +39,21 @@ def _table(*rows: Iterable[str]) -> str:
 def restitutions() -> str:
     """Restitution by law and by what is wanted."""
     rows = (
-        (f"`{name}`", formula, *(f"{restitution(factor(e)):.3f}" for e in WANTED))
-        for name, (factor, formula, _) in FACTORS.items()
+        (f"`{name}`", *(f"{restitution(factor(e)):.3f}" for e in WANTED))
+        for name, (factor, *_) in FACTORS.items()
     )
-    return _table(("law", "d(e)", *(f"e = {e:g}" for e in WANTED)), *rows)
-
-
-def _number(name: str, each: Quantity) -> str:
-    unit = "" if each.units == "1" else f" {each.units}"
-    return f"`{name}`{unit}" + ("" if each.usual is None else f" ({each.usual:g})")
+    return _table(("law", *(f"e = {e:g}" for e in WANTED)), *rows)
 
 
 def laws(title: str, table: Mapping[str, ForceLaw]) -> str:
-    """Each law with its formula, numbers (those that are usual in brackets) and sources."""
+    """Each law with its formula and sources; its numbers are on the generated page of keys."""
 
     def rows() -> Iterator[tuple[str, ...]]:
         for name, law in table.items():
             sources = "; ".join(map(short, law.references or ())) or "textbooks"
-            numbers = ", ".join(_number(*each) for each in law.numbers.items()) or "none"
-            yield f"`{name}`", law.formula, numbers, sources
+            yield f"`{name}`", law.formula, sources
 
-    return _table(("law", title, "numbers", "source"), *rows())
+    return _table(("law", title, "source"), *rows())
 
 
 TABLES = {
