@@ -127,5 +127,5 @@ def test_of_a_course_over_time_there_are_no_exponents_but_what_one_long_run_tell
         assert kind in problem.expected
     assert int(jp.chaos_test(mechanism, turns=2).status) == 0
     assert int(jp.spectrum(mechanism, turns=1).status) == 0
-    text = Path("docs/study-files.md").read_text(encoding="utf-8")
+    text = " ".join(Path("docs/study-files.md").read_text(encoding="utf-8").split())
     assert "No exponents are given of them (`lyapunov`, `covariant`)" in text
