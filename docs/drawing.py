@@ -15,6 +15,7 @@ FITS = ("G7/h6", "H7/g6", "F8/h7", "H7/f7", "H8/f7", "E9/h9", "H8/e8", "H9/d9", 
 DIAMETERS = (3, 5, 8, 12, 15, 20, 30, 40, 60, 80, 100)  # mm
 PIN = {"radius": "7.5 mm", "pin": "steel", "length": "12 mm"}
 FIT = jp.fit("H7/f7", "15 mm")
+MARKS = "Marks' Standard Handbook for Mechanical Engineers, sliding friction"
 
 
 def _table(*rows: tuple[str, ...]) -> str:
@@ -54,11 +55,11 @@ def changes() -> str:
 
 
 def materials() -> str:
-    """Every material, with spreads."""
+    """Every material, with ranges; a handbook that many rows name stands in full above the table."""
 
     def told(spread: Spread, factor: float = 1.0) -> str:
         usual, low, high = (f"{each / factor:.3g}" for each in spread)
-        return f"{usual} ({low} to {high})"
+        return f"{usual} ({low}–{high})"
 
     def rows() -> Iterator[tuple[str, ...]]:
         for name, each in TABLE.items():
@@ -69,7 +70,7 @@ def materials() -> str:
                 told(each.dry),
                 told(each.greased),
                 told(each.restitution),
-                each.sources,
+                each.sources.replace(MARKS, "Marks"),
             )
 
     head = ("material", "E, GPa", "ν", "ρ, kg/m³", "friction dry", "greased", "restitution", "source")
