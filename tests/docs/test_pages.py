@@ -20,12 +20,29 @@ NUMBER = re.compile(r"[-+\N{MINUS SIGN}]?\d+(?:\.\d+)?")
 ROW = re.compile(r"^\|.*\| ([\d.e-]+) \| `(tests/[\w/]+\.py)::(\w+)` \|$", re.MULTILINE)
 EXAMPLES = {"README.md": "tests/study/test_readme.py", "developers.md": "tests/study/test_developers.py"}
 EXAMPLES |= {"own-equations.md": "tests/mechanism/test_own.py"}
+WORDS = {  # of a page at most, with its tables and code: what tables of keys say is said there alone
+    "study-files": 4250,
+    "developers": 2850,
+    "model": 2550,
+    "benchmarks": 2300,
+    "integrator": 2300,
+    "stiffness": 2150,
+    "laws": 2100,
+    "sweeps": 1650,
+    "own-equations": 1550,
+    "troubles": 800,
+}
 
 
 def commands(block):
     """Lines of a shell block that call jointplay, as lists of words."""
     lines = block.text.splitlines() if block.language == "sh" else []
     return [shlex.split(line, comments=True)[1:] for line in lines if line.startswith("jointplay ")]
+
+
+@pytest.mark.parametrize(("name", "most"), WORDS.items(), ids=WORDS)
+def test_no_page_grows_without_a_decision(name, most):
+    assert len((DOCS / f"{name}.md").read_text(encoding="utf-8").split()) <= most
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
