@@ -68,11 +68,11 @@ def draw(dataset, options: dict, files: list[Path]) -> None:
     "animate",
     RESULT,
     option("--out", metavar="FILE", help="a film, .mp4 or .gif, or a sheet of frames, .pdf or .png"),
-    changes("an option: joint=B, turns=1, seconds=6 (of a turn), rate=25 (frames a second), frames=8"),
-    example="results/quickstart.nc --out quickstart.gif --set turns=1",
+    changes("an option: joint=B, turns=1, seconds=6 (of a turn), rate=16 (frames a second), frames=8"),
+    example="results/quickstart.nc --out quickstart.gif",
 )
 def animate_result(arguments: Namespace) -> int:
-    """Show the mechanism of a stored motion as it moves: a film, or a sheet of frames."""
+    """Show the mechanism of a stored motion around its hardest impact: a film, or a sheet of frames."""
     from jointplay.study import toml_text
     from jointplay.study.results.animate import animate
     from jointplay.study.results.store import open_result
@@ -85,7 +85,7 @@ def animate_result(arguments: Namespace) -> int:
         raise InputError([Problem("--out", str(target), "a name that ends in .mp4, .gif, .pdf or .png")])
     with Progress(target.name) as progress:
         path = animate(open_result(arguments.result), target, **options, progress=progress)
-    say(f"written {path}")
+    say(f"written {path}, {path.stat().st_size / 1e6:.2g} MB")
     return DONE
 
 

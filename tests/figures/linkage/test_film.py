@@ -1,7 +1,14 @@
 """Films and sheets of frames: what a frame shows, how many there are, and what is said where none can be."""
 
+import re
+import warnings
+from itertools import combinations
+
 import numpy as np
 import pytest
+import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
 from PIL import Image
 
 import jointplay as jp
@@ -45,7 +52,7 @@ def test_a_frame_shows_links_journal_and_force_of_its_moment(motion, shown):
 
 
 def test_frames_are_even_sized_and_differ(shown):
-    first, *_, last = pictures = list(film.film_frames(shown, 3))
+    first, *_, last = pictures = list(film.film_frames(shown, [0, 20, 40]))
     assert len(pictures) == 3
     assert all(size % 2 == 0 for size in first.shape[:2])
     assert first.shape[2] == 3
@@ -59,20 +66,119 @@ def test_a_film_has_the_frames_of_its_length(motion, tmp_path):
     told = []
     path = jp.animate(motion[1], tmp_path / "m.mp4", seconds=0.8, rate=10, progress=told.append)
     assert count_frames_and_secs(str(path))[0] == 9
-    assert told == pytest.approx(np.arange(1, 10) / 9)
+    assert told == pytest.approx(np.arange(1, 10) / 9)  # and none of the frames that are drawn to try
     with Image.open(jp.animate(motion[1], tmp_path / "m.gif", turns=0.5, seconds=1, rate=10)) as gif:
         assert gif.n_frames == 6
         assert gif.info["duration"] == 100
     assert [each.name for each in sorted(tmp_path.iterdir())] == ["m.gif", "m.mp4"]
 
 
-def test_a_sheet_has_a_panel_and_a_bearing_a_frame(shown):
+def test_a_sheet_has_a_panel_and_a_bearing_a_frame(motion, shown):
     assert len(film_sheet(shown, 5).axes) == 10
     mechanism = jp.catalog.slider_crank(clearance=0)
     ideal = scene(mechanism, places(mechanism, slides(mechanism)), None)
-    sheet = film_sheet(ideal, 3)
-    titles = [ax.get_title(loc="left").replace("\n", " ") for ax in sheet.axes]
+    titles = [ax.get_title(loc="left") for ax in film_sheet(ideal, 3).axes]
     assert titles == [f"({n + 1}) crank {180 * n % 360}°, {50 * n} ms" for n in range(3)]
+    whole = scene(motion[0], places(*motion), None, turns=1)  # evenly, as it was asked for
+    titles = [ax.get_title(loc="left") for ax in film_sheet(whole, 3).axes[::2]]
+    assert titles == [f"({n + 1}) crank {180 * n % 360}°, {50 * n} ms" for n in range(3)]
+
+
+def struck(turns: int = 3):
+    """The four-bar's motion, repeated, with two impacts in the second turn, the harder one at 0.13 s."""
+    mechanism, data = four_bar(201)
+    parts = [data.isel(time=slice(0 if n == 0 else 1, None)) for n in range(turns)]
+    later = [part.assign_coords(time=part["time"] + 0.1 * n) for n, part in enumerate(parts)]
+    for n, part in enumerate(later):
+        part["angle"] = part["angle"] + 2 * np.pi * n * (part["link"] == "crank")
+    whole = xr.concat(later, "time", data_vars="minimal")
+    kinds = {"flag_values": [0, 1], "flag_meanings": "contact separation"}
+    events = {
+        "event_time": ("event", [0.122, 0.13, 0.134, 0.138, 0.15]),
+        "event_kind": ("event", np.array([1, 0, 1, 0, 1], dtype=np.int8), kinds),
+        "event_joint": ("event", np.zeros(5, dtype=np.int16)),
+        "event_normal_velocity": ("event", [-0.9, 0.5, -0.4, 0.3, -0.1]),
+    }
+    return mechanism, whole.assign(events)
+
+
+def test_a_film_is_of_the_turn_around_the_hardest_impact():
+    mechanism, data = struck()
+    shown = scene(mechanism, places(mechanism, data), None)
+    assert shown.hit.time == 0.13  # separations are faster, and hit nothing
+    assert shown.times[[0, -1]] == pytest.approx([0.08, 0.18])
+    assert shown.times[shown.struck] == pytest.approx(0.13, abs=1e-9)
+    assert shown.struck in shown.frames(4)
+    alone = scene(mechanism, places(mechanism, data.drop_vars("event_normal_velocity")), None)
+    assert alone.hit.time == pytest.approx(0.025)  # where the force is largest, for the first time
+    assert alone.times[[0, -1]] == pytest.approx([0.0, 0.1])
+    assert scene(mechanism, places(mechanism, data), None, turns=2).hit is None
+
+
+def test_a_sheet_shows_the_moments_around_the_impact():
+    mechanism, data = struck()
+    shown = scene(mechanism, places(mechanism, data), None)
+    samples = shown.close(8)
+    times = shown.times[samples]
+    assert times[[0, 3, 7]] == pytest.approx([0.122, 0.13, 0.138])  # flight, contact, and the next flight
+    assert np.all(np.diff(samples) > 0)
+    titles = [ax.get_title(loc="left") for ax in film_sheet(shown, 8).axes[::2]]
+    assert titles[0] == "(1) 8 ms before\ncrank 79°"
+    assert titles[3] == "(4) B hits at 0.5 m/s\ncrank 108°, 130 ms"
+    assert titles[7] == "(8) 8 ms after\ncrank 137°"
+    late = data.isel(time=slice(260, 264))  # fewer samples than frames
+    assert scene(mechanism, places(mechanism, late), None).close(8).tolist() == [0, 1, 2, 3]
+
+
+MOTIONS = {
+    "four-bar": lambda: (jp.catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0), 1.2),
+    "slider-crank": lambda: (jp.catalog.slider_crank(clearance={"B": 1e-4}), 1.2),
+    "guide": lambda: (jp.catalog.flores2010(), 1.0),
+    "six-bar": lambda: (jp.catalog.watt(clearance={"D": 5e-5}), 1.2),
+    "impacts": lambda: (jp.catalog.siconos_four_bar(restitution=0.5), 1.0),
+    "elastic": lambda: (jp.catalog.chunmei2002(clearance=2.9e-4, elastic=["coupler"]), 1.0),
+}
+
+
+@pytest.fixture(scope="module", params=MOTIONS)
+def moved(request):
+    mechanism, turns = MOTIONS[request.param]()
+    return jp.simulate(mechanism, turns=turns, rtol=1e-6, samples_per_turn=360)
+
+
+@pytest.mark.parametrize(
+    "moved",
+    [name if name == "four-bar" else pytest.param(name, marks=pytest.mark.long) for name in MOTIONS],
+    indirect=True,
+)
+def test_a_film_by_default_is_small_and_tells_its_size_before(moved, tmp_path, caplog):
+    with caplog.at_level("INFO", logger="jointplay"):
+        size = jp.animate(moved, tmp_path / "m.gif").stat().st_size
+    assert size < 3_000_000
+    told = re.fullmatch(
+        r"a film of 97 frames of 7\d\d × \d+ pixels has about (.+) MB and takes .+", caplog.messages[-1]
+    )
+    assert float(told[1]) * 1e6 == pytest.approx(size, rel=0.5)
+
+
+def test_labels_of_a_sheet_stand_apart_and_nothing_is_warned_of(moved):
+    mechanism = animate._mechanism(moved)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sheet = film_sheet(scene(mechanism, places(mechanism, moved), None), 8)
+    draw = FigureCanvasAgg(sheet).get_renderer()
+    titles = [
+        text for ax in sheet.axes for text in ax.findobj(Text) if text.get_text() == ax.get_title("left")
+    ]
+    texts = [*titles, *(text for ax in sheet.axes for text in ax.texts)]
+    texts += [text for legend in sheet.legends for text in legend.get_texts()]
+    boxes = [each.get_window_extent(draw) for each in texts if each.get_text()]
+    assert len(boxes) > 16
+    assert not [
+        pair for pair in combinations(range(len(boxes)), 2) if boxes[pair[0]].overlaps(boxes[pair[1]])
+    ]
+    for box in boxes:
+        assert sheet.bbox.x0 <= box.x0 < box.x1 <= sheet.bbox.x1
 
 
 def test_without_the_encoder_the_way_to_install_it_is_told(motion, tmp_path, monkeypatch):
@@ -110,7 +216,7 @@ def test_the_command_makes_a_film_of_a_stored_motion(motion, tmp_path, capsys):
     motion[1].to_netcdf(stored)
     words = ["animate", str(stored), "--out", str(out), "--set", "seconds=0.5", "rate=4"]
     assert cli.main(words) == 0
-    assert capsys.readouterr().out == f"written {out}\n"
+    assert capsys.readouterr().out == f"written {out}, {out.stat().st_size / 1e6:.2g} MB\n"
     with Image.open(out) as gif:
         assert gif.n_frames == 3
     assert cli.main([*words, "speed=2"]) == 2

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-DPI = 120
+DPI, WIDE = 120, 760  # dots an inch, and most of a frame's width, of which larger sheets are drawn smaller
 LONGEST = 14.0  # mm: the arrow of the largest force at a joint
 ROWS = 3  # enlarged joints below each other
 DASHES = ((style.BLACK, "-"), (style.BLUE, (0, (5, 1.5))), (style.AMBER, "-"), (style.GREY, (0, (1.5, 1))))
@@ -25,19 +26,19 @@ LINES = [{"color": colour, "linestyle": dashes} for colour, dashes in DASHES]
 TRACE = {"color": style.GREY, "linewidth": 0.5, "linestyle": "-", "zorder": 1}
 CURSOR = {"color": style.WARNING, "linewidth": 0.8, "linestyle": "-", "zorder": 5}
 COLUMNS = 4
-ALONE, LINKAGE, PANEL = 34.0, 26.0, 24.0  # mm of height: a linkage, one with joints, a joint enlarged
+LINKAGE, PANEL = 34.0, 29.0  # mm of height, with words: a linkage, a joint enlarged
 
 
-def film_frames(scene: Scene, count: int) -> Iterator[np.ndarray]:
+def film_frames(scene: Scene, samples: Iterable[int]) -> Iterator[np.ndarray]:
     """Draw a film, a frame after the other, each an array of bytes, shape (height, width, 3), both even."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure, axes = stage(scene)
     canvas = FigureCanvasAgg(figure)
-    figure.set_dpi(DPI)
+    figure.set_dpi(min(DPI, WIDE / figure.get_figwidth()))
     canvas.draw()
     still = canvas.copy_from_bbox(figure.bbox)
-    for i in spread(scene.times, count):
+    for i in samples:
         canvas.restore_region(still)
         with style.paper():
             drawn = moment(scene, axes, int(i))
@@ -119,14 +120,13 @@ def moment(scene: Scene, axes: dict[str, Axes], i: int) -> symbols.Artists:
     return [*found, axes["f"].axvline(1e3 * scene.times[i], **CURSOR)] if scene.forces else found
 
 
-def inside(ax: Axes, scene: Scene, loose: Loose, i: int) -> symbols.Artists:
+def inside(ax: Axes, scene: Scene, loose: Loose, i: int, of_all: str = " (largest {})") -> symbols.Artists:
     """Draw the journal's centre and its path of up to a turn before, or the block; and the forces."""
     kind = enlarged.of(loose.joint)
     found = kind.moment(ax, loose, i, scene.before(i))
     if not scene.forces:
         return found
-    now, largest = (measure(each.max(), "N", 3) for each in (loose.force[i], loose.force))
-    words = f"{now} (largest {largest})"
+    words = measure(loose.force[i].max(), "N", 3) + of_all.format(measure(loose.peak, "N", 3))
     found.append(ax.text(0.0, ax.get_ylim()[1] + 0.05, words, ha="center", va="bottom"))
     turned = scene.pose(i).direction(loose.joint.bearing) if loose.joint.prismatic else 0.0
     for k, angle, share in loose.pushes(i):  # a guide's panel is in line with it
@@ -137,7 +137,7 @@ def inside(ax: Axes, scene: Scene, loose: Loose, i: int) -> symbols.Artists:
 
 @style.paper()
 def film_sheet(scene: Scene, count: int) -> Figure:
-    """Draw so many frames of a motion, evenly spread over it, in rows of four.
+    """Draw so many frames of a motion in rows of four: around its impact, or evenly spread.
 
     Parameters
     ----------
@@ -146,27 +146,29 @@ def film_sheet(scene: Scene, count: int) -> Figure:
     count : int
         How many.
     """
-    rows, loose = -(-count // COLUMNS), len(scene.joints)
-    figure = style.sheet(180.0, rows * (ALONE if not loose else LINKAGE + PANEL * loose) + 6.0)
-    cells = figure.add_gridspec(rows, min(count, COLUMNS))
+    samples = scene.close(count)
+    columns, panels = min(len(samples), COLUMNS), 1 + len(scene.joints)
+    rows = -(-len(samples) // columns)
+    heights = [LINKAGE] + [PANEL] * len(scene.joints)
+    figure = style.sheet(45.0 * COLUMNS, rows * sum(heights) + 6.0 * bool(scene.modes))
+    grid = figure.add_gridspec(rows * panels, columns, height_ratios=heights * rows)
     insets = []
-    for number, i in enumerate(spread(scene.times, count)):
-        parts = cells[number // COLUMNS, number % COLUMNS].subgridspec(
-            1 + loose, 1, height_ratios=[1.0] + [0.9] * loose
-        )
-        ax = figure.add_subplot(parts[0])
+    for number, i in enumerate(samples.tolist()):
+        row, column = number // columns * panels, number % columns
+        ax = figure.add_subplot(grid[row, column])
         scene.sketch.frame(ax, scene.poses)
-        scene.sketch.draw(ax, scene.pose(int(i)), actions=False)
+        scene.sketch.draw(ax, scene.pose(i), actions=False)
         if not number:
             gravity(ax, scene.mechanism, scene.sketch.corners(scene.poses))
         ax.set(xticks=[], yticks=[])
-        artists.heading(ax, f"({number + 1})", scene.title(int(i)))
+        words = [fill(line, artists.NARROW) for line in scene.moment(i, samples)]
+        ax.set_title(f"({number + 1}) " + "\n".join(words), loc="left")
         for place, each in enumerate(scene.enlarged, 1):
-            inset = figure.add_subplot(parts[place])
+            inset = figure.add_subplot(grid[row + place, column])
             enlarged.of(each.joint).frame(inset, each.joint)
             insets.append((inset, each.joint))
-            inside(inset, scene, each, int(i))
-            if loose > 1:
+            inside(inset, scene, each, i, of_all="")
+            if panels > 2:
                 look = {"ha": "right", "va": "center", "fontweight": "bold"}
                 inset.text(-0.05, 0.5, each.joint.name, transform=inset.transAxes, **look)
     enlarged.legend(figure, scene.modes)

@@ -12,7 +12,7 @@ import numpy as np
 from jointplay.display import codes
 from jointplay.display.units import measure
 from jointplay.figures.drawing import select, timebase
-from jointplay.figures.linkage import guide
+from jointplay.figures.linkage import guide, impact
 from jointplay.figures.linkage.sketch import Sketch
 from jointplay.solver.mechanism.parts.joints import Joint
 from jointplay.solver.mechanism.records import Mechanism
@@ -39,11 +39,14 @@ class Scene:
         A response with ``origin_x`` and ``origin_y`` of the links.
     joints : sequence of Joint
         The joints with clearance that are enlarged.
+    hit : impact.Hit, optional
+        The impact around which it is shown.
     """
 
     mechanism: Mechanism
     motion: Dataset
     joints: Sequence[Joint]
+    hit: impact.Hit | None = None
 
     @cached_property
     def times(self) -> np.ndarray:
@@ -97,13 +100,59 @@ class Scene:
         period = float(self.motion.get("turn_period_nominal", np.inf))
         return int(np.searchsorted(self.times, self.times[i] - period)) if period < np.inf else 0
 
-    def title(self, i: int) -> str:
+    def title(self, i: int, digits: int = 0) -> str:
         """Angle of the driven link, and time."""
+        return ", ".join(filter(None, (self._angle(i, digits), measure(self.times[i], "s"))))
+
+    def _angle(self, i: int, digits: int) -> str:
         crank = self.mechanism.crank
-        angle = float(np.rad2deg(self.pose(i).angles[crank])) % 360 if crank else 0.0
-        return (
-            f"{crank} {angle:.0f}°, {measure(self.times[i], 's')}" if crank else measure(self.times[i], "s")
-        )
+        angle = round(float(np.rad2deg(self.pose(i).angles[crank])), digits) % 360 if crank else 0.0
+        return f"{crank} {angle:.{digits}f}°" if crank else ""
+
+    @cached_property
+    def struck(self) -> int | None:
+        """The sample of the impact at which the force is largest: what follows its begin while it grows."""
+        if self.hit is None:
+            return None
+        i = min(int(np.searchsorted(self.times, self.hit.time * (1 - 1e-12))), self.times.size - 1)
+        if "normal_force" in self.motion:
+            force = self.motion["normal_force"].sel(joint=self.hit.contact).values
+            while i + 1 < force.size and force[i + 1] > force[i]:
+                i += 1
+        return i
+
+    def frames(self, count: int) -> np.ndarray:
+        """So many samples, evenly spread over all, the impact's among them."""
+        found = spread(self.times, count)
+        if self.struck is not None:
+            found[np.argmin(np.abs(found - self.struck))] = self.struck
+        return found
+
+    def close(self, count: int) -> np.ndarray:
+        """So many samples around the impact, the same number before it as after it; else of all."""
+        if self.struck is None:
+            return spread(self.times, count)
+        i, last = self.struck, self.times.size - 1
+        before = min(max((count - 1) // 2, count - 1 - (last - i)), i)
+        after = min(count - 1 - before, last - i)
+        begin, end = np.searchsorted(self.times, impact.phases(self.motion, self.hit, self.times[i]))
+        first, stop = max(0, min(begin, i - before)), min(max(end, i + after), last)
+        parts = np.linspace(first, i, before + 1), np.linspace(i, stop, after + 1)[1:]
+        return np.rint(np.concatenate(parts)).astype(int)
+
+    def moment(self, i: int, among: np.ndarray) -> list[str]:
+        """Lines that tell a sample from others: its time from the impact, and the driven link's angle."""
+        crank, digits = self.mechanism.crank, 0
+        if crank:
+            turned = np.abs(np.diff([np.rad2deg(self.pose(k).angles[crank]) for k in among]))
+            digits = int(np.clip(np.ceil(-np.log10(np.min(turned, initial=1.0) + 1e-9)), 0, 3))
+        if self.struck is None:
+            return [self.title(i, digits)]
+        if i == self.struck:
+            return [self.hit.words, self.title(i, digits)]
+        apart = self.times[i] - self.times[self.struck]
+        when = f"{measure(abs(apart), 's', 3)} {'after' if apart > 0 else 'before'}"
+        return [when, self._angle(i, digits)]
 
 
 @dataclass(frozen=True)
@@ -174,11 +223,14 @@ def spread(times: np.ndarray, count: int) -> np.ndarray:
 
 
 def scene(mechanism: Mechanism, motion: Dataset, joint: str | None, turns=None, time=None) -> Scene:
-    """Choose the joints that are enlarged and the window that is shown."""
+    """Choose the joints that are enlarged and the window that is shown: by default around an impact."""
     loose = {each.name: each for each in mechanism.clearance_joints}
     if joint is not None:
         loose = {joint: loose[select.choice("joint", joint, loose)]}
-    part = timebase.window(motion, turns, time)
+    part, hit = timebase.window(motion, turns, time), None
+    if turns is None and time is None and part.sizes["time"]:
+        hit = impact.hardest(motion, list(loose.values()))
+        part = impact.turn_around(motion, hit.time if hit else float(motion["time"][-1]))
     if part.sizes["time"] < 2:
         raise select.refuse("motion", f"{part.sizes['time']} samples", "a motion with two samples or more")
-    return Scene(mechanism, part, list(loose.values())[:MOST])
+    return Scene(mechanism, part, list(loose.values())[:MOST], hit)

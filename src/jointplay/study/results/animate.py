@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import json
+import logging
+import tempfile
+import time as clock
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from importlib.util import find_spec
+from itertools import chain, islice
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,7 +17,10 @@ import numpy as np
 import xarray as xr
 from pydantic import Field
 
+from jointplay.analysis.keywords import Progress
 from jointplay.display.errors import NOTHING, InputError, Problem, of_a_result, refuse
+from jointplay.display.number_text import duration
+from jointplay.display.terminal import requested_progress
 from jointplay.jobs.files import replaced
 from jointplay.solver.mechanism.base import Positive, accepts
 from jointplay.solver.mechanism.records import Mechanism
@@ -24,12 +32,13 @@ from jointplay.study.results.store import check_writable, write_figure
 
 FILMS = (".mp4", ".gif")
 MOST = 20_000  # frames of a film
+TRIED = 6  # frames from which the size of a film and the time that it takes are told before
+COLOURS = 128  # of a GIF, the same in all frames
 INSTALL = "pip install 'jointplay[animation]', or a name that ends in .gif or .pdf"
 
 Count = Annotated[int, Field(strict=True, ge=1, le=48)]
 Rate = Annotated[int, Field(strict=True, ge=1, le=60)]
 Result = Annotated[xr.Dataset, accepts("a response, as jp.simulate or jp.open gives it,")]
-Progress = Annotated[Callable[[float], None] | None, accepts("a function of the fraction done")]
 
 
 @checked()
@@ -41,12 +50,16 @@ def animate(
     turns: Any = None,
     time: Any = None,
     seconds: Positive = 6.0,
-    rate: Rate = 25,
+    rate: Rate = 16,
     frames: Count = 8,
     mechanism: Annotated[Mechanism | None, accepts("a Mechanism")] = None,
     progress: Progress = None,
 ) -> Path:
     """Show a mechanism in motion, its joints with clearance enlarged, their forces, and paths of the joints.
+
+    By default a film shows the one turn around the hardest impact, which is that of the largest speed at a
+    joint, and a sheet the moments before, at and after it. Where progress is shown, the size of a film and
+    the time that it takes are estimated before it is drawn.
 
     Parameters
     ----------
@@ -58,7 +71,7 @@ def animate(
     joint : str, optional
         The one joint with clearance that is enlarged; by default all of them, up to six.
     turns : float or pair, optional
-        The last so many turns, or [first, last]; by default everything.
+        The last so many turns, or [first, last], whatever happens in them.
     time : pair, optional
         A window in s, instead of `turns`.
     seconds : float
@@ -69,8 +82,9 @@ def animate(
         Of a sheet: how many frames.
     mechanism : Mechanism, optional
         What moved; by default what the result says.
-    progress : callable, optional
-        Called with the fraction done.
+    progress : bool or callable, optional
+        True shows a bar, False does not, a function is called with the fraction done; by default a bar is
+        shown on a terminal or in a notebook.
 
     Returns
     -------
@@ -96,17 +110,53 @@ def animate(
     if ending == ".mp4" and not find_spec("imageio_ffmpeg"):
         raise refuse(str(path), f"films as MP4 need an encoder: {INSTALL}", "path")
     check_writable(path.parent, "path", [path.name])
-    told = None if progress is None else Reporter(progress)
-    with of_a_result(motion, but=lambda error: told is not None and error is told.error):
-        known = mechanism or _mechanism(motion)
-        shown = scene(known, places(known, motion), joint, turns, time)
-        if ending not in FILMS:
-            return write_figure(film_sheet(shown, frames), path)
-        count = _count(shown, seconds, rate)
-        pictures = _told(film_frames(shown, count), count, told)
-        with replaced(path) as temporary:
-            (_gif if ending == ".gif" else _mp4)(pictures, temporary, rate)
+    with requested_progress(progress, path.name) as asked:
+        told = None if asked is None else Reporter(asked)
+        with of_a_result(motion, but=lambda error: told is not None and error is told.error):
+            known = mechanism or _mechanism(motion)
+            shown = scene(known, places(known, motion), joint, turns, time)
+            if ending not in FILMS:
+                return write_figure(film_sheet(shown, frames), path)
+            samples = shown.frames(_count(shown, seconds, rate))
+            first = int(np.clip(np.searchsorted(samples, shown.struck or 0) - TRIED // 2, 0, samples.size))
+            tried = samples[first : first + TRIED]
+            pictures = film_frames(shown, chain(tried, samples))
+            write = _tried(pictures, len(tried), len(samples), _gif if ending == ".gif" else _mp4, rate)
+            with replaced(path) as temporary:
+                write(_told(pictures, len(samples), told), temporary)
     return path
+
+
+def _tried(pictures: Iterator[np.ndarray], tried: int, count: int, form: Callable, rate: int) -> Callable:
+    """What writes a film with the colours of the first frames, whose size and time tell those of all."""
+    shots = [next(pictures)]
+    begun = clock.perf_counter()
+    shots += islice(pictures, tried - 1)
+    drawn = clock.perf_counter() - begun  # what encodes them waits for what draws them
+    write = partial(form, rate=rate, colours=_colours(shots))
+    with tempfile.TemporaryDirectory() as folder:
+        one, all_ = (_size(write, part, Path(folder)) for part in (shots[:1], shots))
+    more = (count - 1) / max(len(shots) - 1, 1)
+    size, lasts = one + more * (all_ - one), more * drawn
+    high, wide, _ = shots[0].shape
+    frames = f"a film of {count} frames of {wide} × {high} pixels"
+    words = f"{frames} has about {size / 1e6:.2g} MB and takes about {duration(lasts)} to draw"
+    logging.getLogger("jointplay").info(words)
+    return write
+
+
+def _size(write: Callable, pictures: list[np.ndarray], folder: Path) -> int:
+    """Size of a film of these frames, B."""
+    write(iter(pictures), file := folder / "tried")
+    return file.stat().st_size
+
+
+def _colours(pictures: list[np.ndarray]) -> Any:
+    """The colours of some frames, as an image that has them."""
+    from PIL import Image
+
+    extremes = Image.Quantize.MAXCOVERAGE  # white stays white, and a thin line its colour
+    return Image.fromarray(np.concatenate(pictures)).quantize(COLOURS, extremes, dither=Image.Dither.NONE)
 
 
 def _mechanism(motion: xr.Dataset) -> Mechanism:
@@ -135,15 +185,15 @@ def _told(pictures: Iterable[np.ndarray], count: int, progress) -> Iterator[np.n
             progress(number / count)
 
 
-def _gif(pictures: Iterator[np.ndarray], path: Path, rate: int) -> None:
-    """Write a film that repeats, in up to 128 colours."""
+def _gif(pictures: Iterator[np.ndarray], path: Path, rate: int, colours: Any) -> None:
+    """Write a film that repeats, each frame as what differs from the one before."""
     from PIL import Image
 
-    first, *rest = (Image.fromarray(each).quantize(128, dither=Image.Dither.NONE) for each in pictures)
-    first.save(path, format="GIF", save_all=True, append_images=rest, duration=1000 / rate, loop=0)
+    few = (Image.fromarray(each).quantize(palette=colours, dither=Image.Dither.NONE) for each in pictures)
+    next(few).save(path, format="GIF", save_all=True, append_images=few, duration=1000 / rate, loop=0)
 
 
-def _mp4(pictures: Iterator[np.ndarray], path: Path, rate: int) -> None:
+def _mp4(pictures: Iterator[np.ndarray], path: Path, rate: int, colours: Any) -> None:
     """Write a film that every player knows (H.264)."""
     from imageio_ffmpeg import write_frames
 
