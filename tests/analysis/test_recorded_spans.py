@@ -198,3 +198,30 @@ def test_samples_after_the_end_are_refused(linkage, length, key):
 def test_a_sample_at_the_very_end_is_kept(linkage):
     found = jp.simulate(linkage, duration=0.05, at=[0.0, 0.05], record=["angle"])
     np.testing.assert_array_equal(found.time, [0.0, 0.05])
+
+
+@pytest.mark.parametrize("how", [{}, {"samples_per_turn": 100}, {"samples_per_turn": 7200}, {"steps": True}])
+def test_between_samples_each_force_s_extremes_are_those_of_a_dense_record(linkage, dense, how):
+    found, fine = sampled(linkage, **how), dense[0]
+    first = int(how.get("steps", False))  # before the first of its own points no sample is
+    edges = np.searchsorted(fine.time, found.time[first:])
+    for name in ("normal_force", "tangential_force", "reaction"):
+        values, size = fine[name].values, float(fine[f"largest_{name}"].max()) if "tang" not in name else 20.0
+        there = np.flatnonzero(np.diff(edges))  # intervals that hold some of the dense record
+        high = np.maximum.reduceat(values, edges[:-1][there], axis=0)
+        low = np.minimum.reduceat(values, edges[:-1][there], axis=0)
+        highest, lowest = (
+            found[f"{word}_{name}"].values[first + 1 :][there] for word in ("highest", "lowest")
+        )
+        samples = found[name].values[first:]
+        assert np.all(np.maximum(highest, samples[:-1][there]) > high - 0.02 * size)
+        assert np.all(np.minimum(lowest, samples[:-1][there]) < low + 0.02 * size)
+        assert np.all(found[f"highest_{name}"] >= found[name])
+        assert np.all(found[f"lowest_{name}"] <= found[name])
+    top = float(found.highest_normal_force.max())
+    assert top == pytest.approx(float(found.largest_normal_force[0]), rel=1e-3)
+    assert how.get("samples_per_turn", 720) > 720 or top == found.largest_normal_force[0]
+    assert (
+        found.highest_normal_force.attrs["long_name"]
+        == "highest normal contact force since the sample before"
+    )

@@ -349,7 +349,7 @@ def test_a_response():
     spans = {"recorded_time": var((), 0.2, "s"), "contacts_begun": var((), 3)}
     spans |= {"turn_period_nominal": var((), 0.1, "s"), "contact_fraction": var("joint", [0.4])}
     assert said(history(**force, **reaction, **spans)) == [
-        "largest forces: contact B 105 N; ideal joints O 8 N, A 9 N",
+        "largest forces: contact B 105 N (normal 101 N); ideal joints O 8 N, A 9 N",
         "contacts begun per nominal turn: 1.5; share of the time in contact: B 40 %",
     ]
     assert said(history(largest_normal_force=force["largest_normal_force"])) == [

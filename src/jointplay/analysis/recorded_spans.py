@@ -2,6 +2,7 @@
 
 Contacts are those of the integrator's list of events. Largest sizes are those at the integrator's own points,
 both sides of every event, and at even times that depend on the spans alone, with a parabola through the top.
+The same points give each force's extremes between its samples.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Spans = Sequence[tuple[float, float]]  # from, to, in s, ascending and apart
+History = tuple[np.ndarray, dict[str, Any]]  # times, s, and variables
 COARSE, FINER = 720, 5  # even times in a turn, and how many times as many in short spans
 MANY, MOST = 16_384, 2_000_000  # even times in all: beyond the first no finer ones, beyond the second none
 BLOCK = 100_000  # rows evaluated at once
@@ -40,6 +42,8 @@ OUTS = {
         "largest sizes of the forces that are recorded, as ``largest_force``, or of the first quantity",
         "",
     ),
+    "HIGHEST_QUANTITY": Out("time", "highest values of recorded forces since the sample before", ""),
+    "LOWEST_QUANTITY": Out("time", "lowest values of recorded forces since the sample before", ""),
 }
 
 
@@ -104,30 +108,51 @@ def _touching(model: Model, records: Records, begin: float, end: float) -> np.nd
     return np.diff(edges) @ (Quantities(model, after, records.start).modes > Mode.RELEASED)
 
 
-def largest(
-    own: Quantities, even: Quantities, names: Sequence[str], spans: Spans, known: dict[str, Any] | None = None
-) -> dict[str, Any]:
-    """Variables of the largest sizes of quantities, with the resultant in place of the tangential force.
+def extremes(
+    own: Quantities, even: Quantities, names: Sequence[str], spans: Spans, history: History, shared: bool
+) -> dict[str, dict[str, Any]]:
+    """Groups of variables: largest sizes of quantities, and each force's extremes between samples.
 
-    Of the integrator's own points, and at the `even_times`; `known` are variables of these, if there are any.
+    Of the integrator's own points, and at the `even_times`; `history` are samples' times, s, and variables,
+    `shared` where they are at these. The largest size of the resultant stands for the tangential force's.
     """
+    times, known = history
     tops: dict[str, np.ndarray] = {}
     dims: dict[str, tuple[str, ...]] = {}
+    high = {name: known[name][1].copy() for name in names if name in (NORMAL, ACROSS, PINS)}
+    low = {name: each.copy() for name, each in high.items()}
     for points, samples in _blocks(own.time, even.time, spans):
         found = own.of(points).variables(names, "time")
-        there = {n: known[n][1][samples] for n in names if n in known} if known else None
-        there = there or {n: each[1] for n, each in even.of(samples).variables(names, "time").items()}
+        there = known if shared else even.of(samples).variables(names, "time")
         at = np.searchsorted(even.time[samples], own.time[points])
-        times = np.insert(even.time[samples], at, own.time[points])
-        sizes = {name: np.abs(np.insert(there[name], at, each[1], axis=0)) for name, each in found.items()}
+        order = np.insert(even.time[samples], at, own.time[points])
+        part = samples if shared else slice(None)
+        values = {n: np.insert(there[n][1][part], at, each[1], axis=0) for n, each in found.items()}
+        sizes = {name: np.abs(each) for name, each in values.items()}
         dims = {name: each[0][1:] for name, each in found.items()}
         if ACROSS in sizes:
             sizes["force"] = np.hypot(sizes[NORMAL], sizes.pop(ACROSS))
             dims["force"] = dims[NORMAL]
         for name, size in sizes.items():
-            tops[name] = np.fmax(tops.get(name, np.nan), np.apply_along_axis(_top, 0, size, times))
+            top = np.apply_along_axis(_top, 0, size, order)
+            tops[name] = np.fmax(tops.get(name, np.nan), top)
+            if name in high:  # the parabola's top is met where the size was largest
+                met = np.where(size == np.fmax.reduce(size, axis=0), top, size)
+                values[name] = np.copysign(met, values[name])
+        last = np.searchsorted(times, order)
+        inside = last < len(times)
+        for name, each in high.items():
+            np.fmax.at(each, last[inside], values[name][inside])
+            np.fmin.at(low[name], last[inside], values[name][inside])
     made = {name: Out(dims[name], *_named(name)).variable(top) for name, top in tops.items() if np.size(top)}
-    return {f"largest_{name}": each for name, each in made.items()}
+    groups = {"LARGEST_QUANTITY": {f"largest_{name}": each for name, each in made.items()}}
+    for word, extreme in (("highest", high), ("lowest", low)):
+        said = {name: f"{word} {WORDS[name].long_name} since the sample before" for name in extreme}
+        groups[f"{word.upper()}_QUANTITY"] = {
+            f"{word}_{name}": Out(known[name][0], said[name], "N").variable(each)
+            for name, each in extreme.items()
+        }
+    return groups
 
 
 def _top(sizes: np.ndarray, times: np.ndarray) -> float:
@@ -182,32 +207,35 @@ def _span(dataset: xr.Dataset) -> float:
 
 
 def _forces(dataset: xr.Dataset) -> str:
-    normal = "force" if "largest_force" in dataset else "normal_force"
-    found = []
-    for name, kind in ((normal, "contact"), ("reaction", "ideal joints")):
-        known = [text for text in _each(dataset, f"largest_{name}") if text]
-        found += [f"{kind} {', '.join(known)}"] if known else []
-    what = "normal forces" if "largest_normal_force" in dataset and normal != "force" else "forces"
+    whole, normal = _each(dataset, "largest_force"), _each(dataset, "largest_normal_force")
+    beside = {
+        name: f" (normal {normal[name]})" for name in whole if normal.get(name, whole[name]) != whole[name]
+    }
+    contact = [f"{name} {size}{beside.get(name, '')}" for name, size in (whole or normal).items()]
+    ideal = [f"{name} {size}" for name, size in _each(dataset, "largest_reaction").items()]
+    kinds = {"contact": contact, "ideal joints": ideal}
+    found = [f"{kind} {', '.join(known)}" for kind, known in kinds.items() if known]
+    what = "normal forces" if contact and not whole else "forces"
     return f"largest {what}: {'; '.join(found)}" if found else ""
 
 
-def _each(dataset: xr.Dataset, name: str) -> list[str]:
-    """The known values of a variable with their labels."""
+def _each(dataset: xr.Dataset, name: str) -> dict[str, str]:
+    """The known values of a variable in words, by their labels."""
     if name not in dataset or dataset[name].ndim > 1:
-        return []
+        return {}
     array = dataset[name]
     units = str(array.attrs.get("units", "1"))
     labels = array[array.dims[0]].values if array.ndim and array.dims[0] in array.coords else [""]
     pairs = zip(labels, np.atleast_1d(array.values), strict=False)
-    return [f"{label} {measure(float(v), units, 3)}".strip() for label, v in pairs if np.isfinite(v)]
+    return {str(label): measure(float(v), units, 3) for label, v in pairs if np.isfinite(v)}
 
 
 def _sizes(dataset: xr.Dataset) -> str:
     """Largest sizes of a quantity that is no force."""
     names = [name for name in dataset.data_vars if str(name).startswith("largest_")]
-    each = next(filter(None, (_each(dataset, name) for name in names)), [])
+    each = next(filter(None, (_each(dataset, name) for name in names)), {})
     text = str(dataset[names[0]].attrs.get("long_name", names[0])) if each else ""
-    return f"{text}: {', '.join(each)}" if each else ""
+    return f"{text}: {', '.join(f'{name} {size}'.strip() for name, size in each.items())}" if each else ""
 
 
 def _contacts(dataset: xr.Dataset) -> str:

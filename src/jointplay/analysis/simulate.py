@@ -193,7 +193,8 @@ def simulate(  # noqa: D417 (nobody gives it the model)
     """Follow a motion and record its time histories.
 
     Contacts and largest sizes are of the whole time after the transient, or of the windows, whatever is
-    sampled. Beyond 2700 turns largest sizes are left out, and where a long run was interrupted.
+    sampled. Beyond 2700 turns largest sizes, and forces' extremes between samples, are left out, and where a
+    long run was interrupted.
 
     Parameters
     ----------
@@ -264,8 +265,8 @@ def simulate(  # noqa: D417 (nobody gives it the model)
         groups = {"QUANTITY": history.variables(names, "time")}
         if sought:
             own, at_even = looked if len(looked) > 1 else (*looked, history)
-            known = groups["QUANTITY"] if shared else None
-            groups["LARGEST_QUANTITY"] = recorded_spans.largest(own, at_even, sized, reached, known)
+            drawn = history.time, groups["QUANTITY"]
+            groups |= recorded_spans.extremes(own, at_even, sized, reached, drawn, shared)
         values = {"time": history.time} | recorded_spans.contacts(model, records, reached)
         if section:
             points = records.sections[records.sections[:, 2] >= begin, 2:]

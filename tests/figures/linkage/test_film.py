@@ -113,6 +113,8 @@ def test_a_film_is_of_the_turn_around_the_hardest_impact():
     assert alone.hit.time == pytest.approx(0.025)  # where the force is largest, for the first time
     assert alone.times[[0, -1]] == pytest.approx([0.0, 0.1])
     assert scene(mechanism, places(mechanism, data), None, turns=2).hit is None
+    early = data.isel(time=slice(0, 201))  # no sample is later than the impact
+    assert scene(mechanism, places(mechanism, early), None).struck == 200
 
 
 def test_a_sheet_shows_the_moments_around_the_impact():
@@ -152,7 +154,8 @@ def moved(request):
     indirect=True,
 )
 def test_a_film_by_default_is_small_and_tells_its_size_before(moved, tmp_path, caplog):
-    with caplog.at_level("INFO", logger="jointplay"):
+    with caplog.at_level("INFO", logger="jointplay"), warnings.catch_warnings():
+        warnings.simplefilter("error")
         size = jp.animate(moved, tmp_path / "m.gif").stat().st_size
     assert size < 3_000_000
     told = re.fullmatch(

@@ -35,6 +35,7 @@ LONGEST_PERIOD = 16
 SCATTER = 50.0  # half an axis over the scatter of points that are one
 EMPTY = "No samples in this run"
 NOTE = 7.0  # mm of height for the status of the run
+DOUBT = 0.12  # of a panel's height for a line above the curves
 EXPLAINED = {
     "diverged": "the solution grew beyond bounds",
     "step_limit": "the step limit was reached",
@@ -251,6 +252,14 @@ def say(ax: Axes, sentence: str, colour: str = style.WARNING) -> None:
     look = {"ha": "center", "va": "center", "color": colour}
     ax.text(0.5, 0.5, fill(sentence, 30), transform=ax.transAxes, **look)
     ax.tick_params(left=False, bottom=False, labelleft=False, labelbottom=False)
+
+
+def remark(ax: Axes, *sentences: str) -> None:
+    """Write doubts about what is drawn above it, into a panel."""
+    low, high = ax.get_ylim()
+    ax.set_ylim(low, high + DOUBT * len(sentences) * (high - low))
+    look = {"ha": "right", "va": "top", "color": style.WARNING}
+    ax.text(0.99, 0.97, "\n".join(sentences), transform=ax.transAxes, **look)
 
 
 def status_note(dataset: Dataset) -> str:

@@ -67,7 +67,8 @@ def turn(motion: Dataset) -> float:
 
 def turn_around(motion: Dataset, time: float) -> Dataset:
     """The turn around a time, of a motion recorded in windows within one; all of what is shorter."""
-    pane = next(each.samples for each in window_panels.panes(motion) if time <= each.samples["time"][-1])
+    panes = [each.samples for each in window_panels.panes(motion)]
+    pane = next((each for each in panes if time <= each["time"][-1]), panes[-1])
     times, length = pane["time"].values, turn(motion)
     begin = max(min(time - length / 2, times[-1] - length), times[0])
     slack = 1e-9 * length
@@ -77,10 +78,7 @@ def turn_around(motion: Dataset, time: float) -> Dataset:
 def phases(motion: Dataset, hit: Hit, peak: float) -> tuple[float, float]:
     """Begin of the flight before an impact, s, and end of that after it: the second edge after its peak."""
     begin, end = hit.time - NEAR * turn(motion), hit.time + NEAR * turn(motion)
-    edges = (
-        motion["event_time"].values[events(motion, [hit.contact], EDGES)]
-        if "event_time" in motion
-        else np.zeros(0)
-    )
+    found = events(motion, [hit.contact], EDGES)
+    edges = motion["event_time"].values[found] if found.size else np.zeros(0)
     before, after = edges[edges < hit.time], edges[edges > peak]
     return max([begin, *before[-1:]]), min([end, *after[1:2]])

@@ -199,9 +199,29 @@ class Loose:
         return self._of("normal_force")
 
     @cached_property
+    def highest(self) -> np.ndarray:
+        """The highest normal forces since the sample before, N, where they were recorded; as `force`."""
+        return self._beyond("highest")
+
+    def _beyond(self, word: str) -> np.ndarray:
+        found = (
+            self._of(f"{word}_normal_force") if f"{word}_normal_force" in self.scene.motion else self.force
+        )
+        return np.concatenate([self.force[:1], found[1:]])  # the first is of time that is not shown
+
+    @cached_property
+    def lowest(self) -> np.ndarray:
+        """The lowest ones, likewise."""
+        return self._beyond("lowest")
+
+    @cached_property
     def peak(self) -> float:
         """The largest force, N."""
-        return float(np.max(np.abs(self.force), initial=1e-300))
+        return float(max(np.max(np.abs(self.force), initial=1e-300), self.highest.max()))
+
+    def felt(self, i: int) -> float:
+        """The largest normal force at a sample, N; at that of the impact, right before and after it too."""
+        return self.highest[i : i + 2].max() if i == self.scene.struck else self.force[i].max()
 
     def pushes(self, i: int) -> list[tuple[int, float, float]]:
         """Contacts with a force worth drawing: number, direction, rad, and share of the largest force."""

@@ -9,7 +9,7 @@ from jointplay.figures.drawing import artists, select, style, timebase, window_p
 from jointplay.figures.motion.journal_orbit import orbit_panel
 from jointplay.figures.motion.phase_portrait import portrait_panel
 from jointplay.figures.motion.poincare_section import counted, journal_points
-from jointplay.figures.motion.time_history import history_panel, legends
+from jointplay.figures.motion.time_history import between, history_panel, legends
 from jointplay.figures.registry import picture
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def force(ax: Axes, dataset: Dataset, part: Dataset, joints: list[str]) -> None:
     """Draw the normal forces of the window."""
     bases = timebase.bases(dataset, part["time"].values, None)
     array = select.variable(part, "normal_force").sel(joint=joints)
-    history_panel(ax, array, bases[0], named=len(joints) > 1)
+    history_panel(ax, array, bases[0], len(joints) > 1, extremes=between(part, array))
     legends([ax])
     timebase.dress(ax, ax, bases)
 

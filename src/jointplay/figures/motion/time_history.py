@@ -9,7 +9,7 @@ import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.units import Shown
-from jointplay.figures.drawing import angles, artists, select, style, timebase, window_panels
+from jointplay.figures.drawing import angles, artists, envelope, select, style, timebase, window_panels
 from jointplay.figures.registry import picture
 
 if TYPE_CHECKING:
@@ -39,6 +39,9 @@ def time_history(
     column: str = "double",
 ) -> Figure:
     """Draw variables over time; of a run recorded in windows, a column each.
+
+    Forces go up and down to their extremes between samples, where the result has these. A vibration of fewer
+    than eight samples a cycle is drawn as its envelope.
 
     Parameters
     ----------
@@ -95,7 +98,8 @@ def history_column(
     times = pane.samples["time"].values
     for ax, array in zip(axes, arrays, strict=False):
         several = any(array.sizes[dim] > 1 for dim in array.dims if dim != "time")
-        history_panel(ax, array.isel(time=pane.index), base, several, artists.displayed(array)[1])
+        shown = array.isel(time=pane.index)
+        history_panel(ax, shown, base, several, artists.displayed(array)[1], between(pane.samples, shown))
         if array.name == "eccentricity":
             rim(ax, pane.samples, array)
     if rows:
@@ -124,7 +128,15 @@ def chosen(dataset: Dataset, variables, **labelled: str | None) -> list[DataArra
         if label is not None:
             select.choice(dim, label, select.labels(dataset, dim))
             arrays = [only(array, dim, label) if dim in array.dims else array for array in arrays]
-    return arrays
+    return arrays if labelled.get("joint") is not None else list(map(held, arrays))
+
+
+def held(array: DataArray) -> DataArray:
+    """Return a variable without joints that have none of it, as ideal ones no contact force."""
+    if "joint" not in array.dims:
+        return array
+    there = array.notnull().any([dim for dim in array.dims if dim != "joint"]).values
+    return array.isel(joint=np.flatnonzero(there)) if there.any() else array
 
 
 def only(array: DataArray, dim: str, label: str) -> DataArray:
@@ -143,8 +155,22 @@ def whose(array: DataArray, dim: str, label: str) -> str:
     return label + words[len(dim) :] if words.lower().startswith(f"{dim} ") else f"{words}, {label}"
 
 
+def between(samples: Dataset, array: DataArray) -> list[DataArray]:
+    """Return the lowest and highest values of a variable between its samples, where they were recorded."""
+    names = [f"{word}_{array.name}" for word in ("lowest", "highest")]
+    if not {*names} <= set(samples):
+        return []
+    labels = {dim: array[dim] for dim in array.dims if dim != "time" and dim in array.coords}
+    return [samples[name].sel(labels) for name in names]
+
+
 def history_panel(
-    ax: Axes, array: DataArray, base: timebase.Base, named: bool, unit: Shown | None = None
+    ax: Axes,
+    array: DataArray,
+    base: timebase.Base,
+    named: bool,
+    unit: Shown | None = None,
+    extremes: Sequence[DataArray] = (),
 ) -> None:
     """Draw one variable over the time axis `base`: a curve for each of its labels, `named` so or not."""
     x = base.forward(array["time"].values)
@@ -152,18 +178,24 @@ def history_panel(
     others = [dim for dim in array.dims if dim != "time"]
     names = [str(label) for label in array[others[0]].values] if others else [None]
     columns = values if values.ndim == 2 else values[:, None]
+    ends = [each.transpose("time", ...).values.reshape(columns.shape) * unit.factor for each in extremes]
     if not columns.size:
         artists.say(ax, artists.EMPTY)
-    for column, name in zip(columns.T, names, strict=True):
+    if x.size > 1:
+        ax.set_xlim(timebase.limits(base, x))
+    doubts: dict[str, list] = {}
+    for number, (column, name) in enumerate(zip(columns.T, names, strict=True)):
         xs, ys = angles.broken(column, 360.0, x, column) if array.name in WRAPPED else (x, column)
-        artists.curve(ax, xs, ys, label=name if named else "_")
+        own = tuple(each[:, number] for each in ends) or None
+        doubts.setdefault(envelope.course(ax, xs, ys, own, label=name if named else "_"), []).append(name)
+    said = [f"{', '.join(of)}: {words}" if named else words for words, of in doubts.items() if words]
+    if said:
+        artists.remark(ax, *said)
     missing = ~np.isfinite(columns)
     gaps = zip(names, missing.T, strict=True) if named else ()
     of = ", ".join(str(name) for name, gap in gaps if gap.any())
     artists.shade_missing(ax, x, missing.any(axis=1), f"no value ({of})" if of else "no value")
     artists.name_y(ax, array, unit, LONGEST)
-    if x.size > 1:
-        ax.set_xlim(timebase.limits(base, x))
 
 
 def legends(axes: Sequence[Axes]) -> None:
