@@ -3,6 +3,7 @@
 import pytest
 
 import jointplay as jp
+from jointplay.analysis.assessment import assess as assess_module
 from jointplay.cli import main
 
 MECHANISM = '[mechanism]\ncatalog = "chunmei2002"\nclearance = "29 µm"\ngear_ratio = 3.0\n'
@@ -31,6 +32,34 @@ def test_the_page_is_printed_and_kept_beside_the_result(tmp_path, capsys):
     assert "other settings (analysis.turns)" in capsys.readouterr().err
     same = jp.assess(found_mechanism(), turns=2, transient=10, reach=1.01, lyapunov_turns=5, n_jobs=1)
     assert same["peak_force"].values.tolist() == found["peak_force"].values.tolist()
+
+
+def test_each_part_of_the_page_is_printed_when_its_round_is_over(tmp_path, monkeypatch, capsys):
+    """In the order of the rounds; together they are the page, and a run that has all of it prints it too."""
+    said, (path, out) = [], (tmp_path / "press.toml", tmp_path / "press_assess")
+    path.write_text(MECHANISM, encoding="utf-8")
+    answers = assess_module.Rounds.answers
+
+    def noted(rounds, function, cells, needed=None):
+        said.append((function.__name__, capsys.readouterr().out))
+        return answers(rounds, function, cells, needed)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(assess_module.Rounds, "answers", noted)
+        assert assessed(path, tmp_path, "--no-figure", "--set", *BRIEF) == 0
+    rest = capsys.readouterr().out
+    assert [name for name, _ in said] == ["assessed", "hung", "curved", "sided"]
+    heads = ["", "Verdict", "What it hangs on", "What to do"]
+    assert all(head in text for head, (_, text) in zip(heads, said, strict=True))
+    assert said[0][1] == ""
+    assert rest.startswith("Where the motion changes")
+    page = "".join(text for _, text in said) + rest.partition("result  ")[0]
+    kept = out.with_suffix(".txt").read_text(encoding="utf-8")
+    assert page == kept.replace("MECHANISM.toml", str(path)) + "\n"
+    assert assessed(path, tmp_path, "--no-figure", "--set", *BRIEF, "analysis.budget=20") == 0
+    again = capsys.readouterr()
+    assert again.out.partition("result  ")[0] == page
+    assert "cells are there already" in again.err
 
 
 def found_mechanism():

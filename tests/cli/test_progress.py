@@ -57,8 +57,33 @@ def test_a_terminal_gets_a_bar(clock):
             left += [(step, follow.bar.postfix)]
     assert "\rsmall " in stream.getvalue()
     told = {step: float(re.match(r"about (.*) s left", words)[1]) for step, words in left if words}
-    assert [*told] == [*range(11, 100)]
+    assert [*told] == [*range(11, 99)]  # and not the last 0.6 s
     assert all(abs(time - 60 * (1 - step / 100)) <= 1 for step, time in told.items())
+
+
+def test_what_is_printed_meanwhile_stands_above_the_bar(clock):
+    with terminal.Progress("small", stream := Terminal()) as follow:
+        for step in range(1, 51):
+            clock[0] = 0.6 * step
+            follow.place("B, downward: 0.62 of present")
+            follow(step / 100)
+        assert follow.bar.postfix == "about 30 s left, B, downward: 0.62 of present"
+        before = len(stream.getvalue())
+        with follow.aside():
+            cleared = stream.getvalue()[before:]
+            stream.write("a part of the page\n")
+    assert cleared.startswith("\r")
+    assert not cleared.strip(), "the line is blank where the text begins"
+    assert "\rsmall  50 %" in stream.getvalue().partition("a part of the page\n")[2]
+
+
+def test_a_log_says_where_it_is(clock):
+    with terminal.Progress("small", stream := StringIO()) as follow:
+        for step in (0, 1, 2):
+            clock[0] = 10.0 * step
+            follow.place(f"value {step}")
+            follow(step / 10)
+    assert stream.getvalue().splitlines()[-1] == "small: 20% done, about 80 s left, value 2"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a terminal is made as on Unix")

@@ -20,6 +20,7 @@ PRIVATE = (  # words of no reader's language, or that clip a sentence
     r"\d N of at most",
     r"\bAs it was\b",
     r"\bis at it\b",
+    r"\b[Oo]ver the present\b",
 )
 
 

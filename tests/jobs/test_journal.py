@@ -16,9 +16,11 @@ from jointplay.jobs.files import Busy
 from jointplay.jobs.frames import MAGIC
 from jointplay.jobs.job import CRASHED, key_of
 from jointplay.jobs.journal import Journal, write_part
+from jointplay.jobs.worker import Notes
 from jointplay.kinds import KINDS
 from jointplay.solver import extensions
 from jointplay.solver.extensions import packages
+from jointplay.solver.motion.progress import stands
 from tests.support.sweep_samples import die, forked
 
 
@@ -41,6 +43,22 @@ def test_what_is_written_is_there_with_its_status(journal):
     found = journal.load(["bb", "ccc", "d"])
     assert found.keys() == {"bb", "ccc"}
     assert np.array_equal(found["bb"]["values"], [2.0, 3.0, 4.0])
+
+
+def test_workers_say_how_far_their_cells_are_and_where(journal):
+    with journal.held(), Notes(journal.folder) as notes:
+        assert list(journal.places()) == []
+        notes.begin("a" * 32)
+        assert list(journal.places()) == [(0.0, "")]
+        stands(0.25, "B, downward: " + 80 * "0")
+        stands(0.5, "B, downward: 0.62 of present")
+        assert list(journal.places()) == [(0.5, "B, downward: 0.62 of present")]
+        notes.begin("b" * 32)
+        assert list(journal.places()) == [(0.0, "")]
+        stands(0.5, "C")
+        assert journal.in_flight() == ["b" * 32]
+    stands(0.5, "nobody hears this")
+    assert list(journal.places()) == []
 
 
 @pytest.mark.parametrize("harm", ["empty", "cut", "one byte", "foreign"])

@@ -61,7 +61,9 @@ class Work:
     possible: Sequence[str] = ()
 
 
+Show = Callable[[Any, int], None]  # takes a dataset of which the part of a number is final
 _run: ContextVar[Callable[[Work], Read] | None] = ContextVar("run", default=None)
+_show: ContextVar[Show | None] = ContextVar("show", default=None)
 
 
 @dataclass(frozen=True)
@@ -177,13 +179,23 @@ def answered(work: Work, n_jobs: int | None = None) -> Read:
     return in_memory(n_jobs, work) if run is None else driven(partial(run, work), None)
 
 
-def driven(call: Callable[[], T], run: Callable[[Work], Read] | None) -> T:
-    """Call an analysis whose work is done by `run`; that of analyses in its cells is none of it."""
-    before = _run.set(run)
+def driven(call: Callable[[], T], run: Callable[[Work], Read] | None, show: Show | None = None) -> T:
+    """Call an analysis whose work is done by `run`; that of analyses in its cells is none of it.
+
+    `show` is called with parts of the answer as they become final, where an analysis has such (`shown`).
+    """
+    before = _run.set(run), _show.set(show)
     try:
         return call()
     finally:
-        _run.reset(before)
+        _run.reset(before[0])
+        _show.reset(before[1])
+
+
+def shown(dataset: Callable[[], Any], part: int) -> None:
+    """Show the part of this number, which is final, of an answer that is made so far."""
+    if (show := _show.get()) is not None:
+        show(dataset(), part)
 
 
 class _HandedOut(BaseException):

@@ -2,6 +2,7 @@
 
 import sys
 from argparse import Namespace
+from functools import partial
 from pathlib import Path
 
 from jointplay.cli.results import draw, targets
@@ -61,17 +62,27 @@ def _free(study, arguments: Namespace, share=None, fresh: bool = False) -> Path:
     return out
 
 
-def _completed(study, out: Path, pool, share=None, fresh: bool = False):
-    """Compute a study with a bar of its progress; an interruption prints the way to go on."""
+def _completed(study, out: Path, pool, share=None, fresh: bool = False, note=say, text=None):
+    """Compute a study with a bar of its progress; an interruption prints the way to go on.
+
+    `note` takes lines of the report; `text` makes one of a part of the answer, printed when it is final.
+    """
     from jointplay.study.execute import Undrawn, complete, resume_hint
 
     try:
         with Progress(study.record.name) as progress:
-            return complete(study, out, pool, progress, fresh=fresh, share=share, say=say)
+            show = text and partial(_print_part, text, progress)
+            return complete(study, out, pool, progress, fresh=fresh, share=share, say=note, show=show)
     except Undrawn:
         raise
     except KeyboardInterrupt:
         raise KeyboardInterrupt(*resume_hint(study, out, share)) from None
+
+
+def _print_part(text, progress: Progress, dataset, number: int) -> None:
+    """Print a part of an answer above the bar."""
+    with progress.aside():
+        say(text(dataset, number))
 
 
 def _finished(outcome, options: dict, no_figure: bool) -> int:
@@ -113,14 +124,16 @@ def _finished(outcome, options: dict, no_figure: bool) -> int:
 )
 def assess_mechanism(arguments: Namespace) -> int:
     """Assess a linkage with clearance: a page on its forces, its contacts, and where its motion changes."""
+    from jointplay.analysis.assessment.page import part
     from jointplay.jobs.pool import Pool
     from jointplay.study.file import load
 
     study = _doubted(load(arguments.study, arguments.set, kind="assess"))
     out = _free(study, arguments, fresh=arguments.fresh)
     pool = Pool.checked(arguments.jobs, "loky", None)
-    outcome = _completed(study, out, pool, fresh=arguments.fresh)
-    say(study.record.row.outputs.table(outcome.dataset, arguments.study))
+    notes = partial(print, file=sys.stderr)  # the page alone is on standard output
+    text = partial(part, source=arguments.study)
+    outcome = _completed(study, out, pool, fresh=arguments.fresh, note=notes, text=text)
     return _finished(outcome, study.record.figure, arguments.no_figure)
 
 

@@ -21,6 +21,7 @@ STEERING = re.compile(
 LOG = logging.getLogger("jointplay")
 STEP = 0.1  # of the run: between two plain lines, and until the time that is left is known
 PATIENCE = 2.0  # s; a run shorter than this stays silent in a log
+LEAST = 1.0  # s that are worth saying that they are left
 WAIT = 3.0  # s; a call of which nobody asked for progress is not shown before
 _asked: ContextVar[bool] = ContextVar("asked", default=False)  # whether a call around this one tells it
 
@@ -118,6 +119,7 @@ class Progress(logging.Handler):
         self.patience, self.entered = patience, time.monotonic()
         self.said, self.last, self.lines = 0.0, time.monotonic(), set[str]()
         self.began: tuple[float, float] | None = None  # when the first fraction came, and which
+        self.at = ""
 
     def __enter__(self) -> Self:
         self.live, self.entered = _live(self.stream), time.monotonic()
@@ -151,6 +153,16 @@ class Progress(logging.Handler):
         else:
             print(f"{self.name}: {line}", file=self.stream, flush=True)
 
+    def place(self, text: str) -> None:
+        """Say from now on where the run is."""
+        self.at = text
+
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """Clear the bar while the block prints, and draw it below that."""
+        with self.bar.external_write_mode(self.bar.fp) if self.bar is not None else nullcontext():
+            yield
+
     def __exit__(self, *_: object) -> None:
         LOG.removeHandler(self)
         LOG.setLevel(self.level_before)
@@ -164,7 +176,8 @@ class Progress(logging.Handler):
             self.began = now, fraction
         self._draw()
         if self.bar is not None:
-            self.bar.set_postfix_str(self._left(now, fraction), refresh=False)
+            words = ", ".join(filter(None, (self._left(now, fraction), self.at)))
+            self.bar.set_postfix_str(words, refresh=False)
             self.bar.update(fraction - self.bar.n)
         elif (
             self.stream is not None
@@ -174,12 +187,13 @@ class Progress(logging.Handler):
             and now - self.last >= PATIENCE
         ):
             self.said, self.last = fraction, now
-            words = ", ".join(filter(None, (f"{fraction:.0%} done", self._left(now, fraction))))
+            words = ", ".join(filter(None, (f"{fraction:.0%} done", self._left(now, fraction), self.at)))
             print(f"{self.name}: {words}", file=self.stream, flush=True)
 
     def _left(self, now: float, fraction: float) -> str:
         """How long it still takes, at the mean pace so far; empty until enough is done to say so."""
         start, first = self.began or (now, fraction)
-        if fraction - first < STEP or now - start < PATIENCE or fraction >= 1:
+        if fraction - first < STEP or now - start < PATIENCE:
             return ""
-        return f"about {duration((now - start) * (1 - fraction) / (fraction - first))} left"
+        left = (now - start) * (1 - fraction) / (fraction - first)
+        return f"about {duration(left)} left" if left >= LEAST else ""

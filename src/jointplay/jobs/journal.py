@@ -22,7 +22,7 @@ from jointplay.display.errors import InputError, Problem
 from jointplay.jobs import origin
 from jointplay.jobs.files import Busy, lock, replaced
 from jointplay.jobs.frames import FORMAT, Frame, body_of, frames, head_of, new_part, write_part
-from jointplay.jobs.job import CRASHED, Entry, Job, remaining
+from jointplay.jobs.job import CRASHED, KEY, Entry, Job, remaining
 from jointplay.solver.codegen import cache
 
 HEADER, LOCK = "journal.json", "lock"
@@ -220,9 +220,16 @@ class Journal:
         """Take the keys of the cells at which workers died."""
         keys = []
         for path in self._files(AT):
-            keys.append(path.read_text(errors="replace").strip())
+            keys.append(path.read_text(errors="replace")[:KEY].strip())
             path.unlink(missing_ok=True)
         return [key for key in keys if key]
+
+    def places(self) -> Iterator[tuple[float, str]]:
+        """How much is done of each cell that workers are at, and where it stands, in their words."""
+        for path in self._files(AT):
+            with suppress(OSError, ValueError):  # it has just ended, or is being written
+                fraction, _, place = path.read_text(errors="replace")[KEY:].strip().partition(" ")
+                yield float(fraction), place
 
     def writer(self) -> str | None:
         """The process that holds the journal now; None if none does."""

@@ -11,7 +11,7 @@ import time
 import uuid
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -21,9 +21,11 @@ from jointplay.jobs.frames import write_part
 from jointplay.jobs.job import KEY, Entry, Job
 from jointplay.jobs.origin import Origin, code, own
 from jointplay.jobs.parallel import side_by_side
+from jointplay.solver.motion.progress import heard
 
 FILL = 0.5  # s that a task is to last
 BATCH = 0.5  # s; cells shorter than this share a part of the journal
+PLACE = 80  # letters of where a cell stands
 
 
 @dataclass(frozen=True)
@@ -85,14 +87,20 @@ class Notes:
         self.written = time.monotonic()
         self.mark = self.folder and self.folder / f"{os.getpid()}-{uuid.uuid4().hex[:8]}.at"
         self.file = self.mark and self.mark.open("wb", buffering=0)  # once: to open one takes 0.2 ms
+        self.key, self.held = "", ExitStack()
 
     def begin(self, key: str) -> None:
         """Note that a cell begins; end the task instead where its time is up and a cell is finished."""
         if self.late:
             raise _TimeIsUp
+        self.key = key
+        self._note(0.0, "")
+
+    def _note(self, fraction: float, place: str) -> None:
+        """Write down at which cell the worker is, how much of it is done, and where it stands."""
         if self.file:
             self.file.seek(0)
-            self.file.write(f"{key:{KEY}}".encode())
+            self.file.write(f"{self.key:{KEY}} {fraction:.4f} {place[:PLACE]:{PLACE}}".encode())
 
     def put(self, key: str, answer: Entry) -> None:
         """Keep the answer of a finished cell."""
@@ -107,9 +115,11 @@ class Notes:
             self.answers, self.written = {}, time.monotonic()
 
     def __enter__(self) -> Self:
+        self.held.enter_context(heard(self._note))
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.held.close()
         self._write()
         if self.file and self.mark:
             self.file.close()

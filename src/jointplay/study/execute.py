@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from jointplay.analysis.cells import Read, Work, in_memory
+from jointplay.analysis.cells import Read, Show, Work, in_memory
 from jointplay.analysis.evaluate import RUN
 from jointplay.display.errors import InputError, Problem
 from jointplay.jobs import interrupts
@@ -31,7 +31,14 @@ from jointplay.study.file import Loaded
 from jointplay.study.models import Study
 from jointplay.study.results import store
 from jointplay.study.results.outcome import name_of
-from jointplay.study.run import computed, first_work, has_cells, with_journal_keys, with_provenance
+from jointplay.study.run import (
+    computed,
+    first_work,
+    has_cells,
+    with_journal_keys,
+    with_provenance,
+    with_title,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,6 +99,7 @@ def complete(
     fresh: bool = False,
     share: tuple[int, int] | None = None,
     say: Callable[[str], None] = lambda line: None,
+    show: Show | None = None,
 ) -> Outcome:
     """Run the missing part of a study, and store its result.
 
@@ -111,6 +119,8 @@ def complete(
         Run part I of N only, as (I, N), into a journal of its own; `merge` puts the parts together.
     say : callable
         Called with each line of the report.
+    show : callable, optional
+        Called with the dataset so far and the number of a part that is final, as in `cells.driven`.
 
     Returns
     -------
@@ -130,7 +140,8 @@ def complete(
         )
         raise InputError([Problem("--part", name, expected)])
     with ExitStack() as held:
-        kept = _Journaled(record, journal_of(out, name, share), pool, say, held, fresh, share)
+        place = getattr(progress, "place", lambda _: None)
+        kept = _Journaled(record, journal_of(out, name, share), pool, say, place, held, fresh, share)
         if share:
             kept(replace(_divisible(record), progress=progress))
             kept.tell_others()
@@ -138,7 +149,8 @@ def complete(
             return Outcome(None, None, kept.journal.folder)
         alone = not has_cells(record)
         with stoppable(record.row.kept and alone):
-            dataset = computed(record, kept, progress)
+            titled = show and (lambda dataset, part: show(with_title(study, dataset), part))
+            dataset = computed(record, kept, progress, titled)
             if alone:  # no journal keeps it: from here on Ctrl-C waits until it is stored
                 pressed = held.enter_context(interrupts.held())
         kept.tell_others()
@@ -172,6 +184,7 @@ class _Journaled:
     journal: Journal
     pool: Pool
     say: Callable[[str], None]
+    place: Callable[[str], None]  # called with where the cell stands that has farthest to go
     held: ExitStack
     fresh: bool
     share: tuple[int, int] | None
@@ -190,7 +203,8 @@ class _Journaled:
         if missing := _missing(jobs, index, self.journal, self.say):
             if self.pool.workers:
                 work.warm()
-            with _watched(self.journal, sum(len(job.keys) for job in missing), work.progress):
+            cells = sum(len(job.keys) for job in missing)
+            with _watched(self.journal, cells, work.progress, self.place):
                 self.pool.run(missing, self.journal, self.say)
         keys = {key for job in jobs for key in job.keys}
         self.keys |= keys
@@ -251,8 +265,13 @@ def _stored(
 
 
 @contextmanager
-def _watched(journal: Journal, cells: int, progress: Callable[[float], None] | None) -> Iterator[None]:
-    """Report progress, by the number of cells in the journal."""
+def _watched(
+    journal: Journal,
+    cells: int,
+    progress: Callable[[float], None] | None,
+    place: Callable[[str], None],
+) -> Iterator[None]:
+    """Report progress, by the cells in the journal and by what is done of those that workers are at."""
     if progress is None:
         yield
         return
@@ -262,7 +281,9 @@ def _watched(journal: Journal, cells: int, progress: Callable[[float], None] | N
         took = 0.0
         while not over.wait(max(LOOK, RARELY * took)):
             began = time.perf_counter()
-            progress(min(1.0, (journal.count() - before) / cells))
+            at = [*journal.places()]
+            place(min(at, default=(0.0, ""))[1])
+            progress(min(1.0, (journal.count() - before + sum(done for done, _ in at)) / cells))
             took = time.perf_counter() - began
 
     watcher = threading.Thread(target=look, daemon=True)
@@ -272,6 +293,7 @@ def _watched(journal: Journal, cells: int, progress: Callable[[float], None] | N
     finally:
         over.set()
         watcher.join()
+        place("")
 
 
 def _divisible(record: Study) -> Work:

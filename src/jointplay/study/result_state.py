@@ -1,8 +1,8 @@
 """State of a study's stored result: its own answer, or that of a study with other settings.
 
 A result is a study's own if the study stored in it asks for the same today, defaults filled in. Title and
-figure change no number, and values of `[vary]` that are added or taken away find their cells in the journal:
-results that differ in these alone may be written over.
+figure change no number, and neither do bounds of how far an analysis goes; values of `[vary]` that are added
+or taken away find their cells in the journal: results that differ in these alone may be written over.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from jointplay.study.models import Study
 from jointplay.study.results import provenance
 from jointplay.study.results.outcome import name_of
 from jointplay.study.results.store import attributes, part
+from jointplay.study.run import bounds
 
 NO_NUMBER = ("title", "figure")
 UNREAD = "a study that this version cannot read"
@@ -63,7 +64,8 @@ def _differences(record: Study, path: Path) -> list[str]:
 
 def _plain(record: Study) -> dict[str, Any]:
     """Settings that decide the numbers of a study, as plain JSON types; `[vary]` as one text."""
-    table = json.loads(json.dumps(record.model_dump(mode="json", exclude={*NO_NUMBER})))
+    left_out = dict.fromkeys(NO_NUMBER, True) | {"analysis": bounds(record)}
+    table = json.loads(json.dumps(record.model_dump(mode="json", exclude=left_out)))
     return table | ({"vary": json.dumps(table["vary"], sort_keys=True)} if "vary" in table else {})
 
 

@@ -16,7 +16,7 @@ from inspect import signature
 from typing import TYPE_CHECKING
 
 from jointplay.analysis import cells
-from jointplay.analysis.cells import DIGITS, Batch, Cell, Read, Work, answered, driven, in_memory, warm
+from jointplay.analysis.cells import DIGITS, Batch, Cell, Read, Show, Work, answered, driven, in_memory, warm
 from jointplay.analysis.exponents.frame_growth import Stretch, followed_together
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.sweeps import gather
@@ -69,12 +69,15 @@ def run(
 
 
 def computed(
-    record: Study, run_work: Callable[[Work], Read], progress: Callable[[float], None] | None = None
+    record: Study,
+    run_work: Callable[[Work], Read],
+    progress: Callable[[float], None] | None = None,
+    show: Show | None = None,
 ) -> xr.Dataset:
-    """Dataset of a study without provenance; `run_work` runs its cells."""
+    """Dataset of a study without provenance; `run_work` runs its cells, `show` is as in `driven`."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)  # the result says it too, and the command repeats that
-        return driven(partial(_analysis(record), progress=progress), run_work)
+        return driven(partial(_analysis(record), progress=progress), run_work, show)
 
 
 def _analysis(record: Study) -> Callable[..., xr.Dataset]:
@@ -99,6 +102,11 @@ def has_cells(record: Study) -> bool:
 def grows(record: Study) -> bool:
     """Whether later cells of a study follow from the answers of its first ones."""
     return not _varies(record) and getattr(record.row.function, "growing", False)
+
+
+def bounds(record: Study) -> set[str]:
+    """Settings of a study's analysis that say how far it goes, and change no cell's answer."""
+    return getattr(record.row.function, "bounds", set())
 
 
 def first_work(record: Study) -> Work:
@@ -180,7 +188,8 @@ def compile_for(
 
 def study_hash(record: Study) -> str:
     """The beginning of the keys of all cells that one analysis hands out by number."""
-    return key_of(record.kind, record.integrator, record.analysis, record.mechanism)[:HASH]
+    settings = record.analysis.model_dump_json(exclude=bounds(record))
+    return key_of(record.kind, record.integrator, settings, record.mechanism)[:HASH]
 
 
 def with_journal_keys(record: Study, work: Work, number: int = 0) -> tuple[list[Job], int]:
@@ -196,10 +205,14 @@ def count_by_keys(keys: Iterable[str]) -> int:
     return sum({key[HASH : HASH + WORK]: int(key[-DIGITS:], 16) for key in keys}.values())
 
 
+def with_title(study: Loaded, dataset: xr.Dataset) -> xr.Dataset:
+    """A copy that says which study it answers."""
+    return dataset.assign_attrs(study=study.record.name, title=study.record.heading)
+
+
 def with_provenance(study: Loaded, dataset: xr.Dataset, processors: Iterable[str] = ()) -> xr.Dataset:
     """A copy that says which study it answers, where it comes from, and which kinds of processors ran it."""
-    record = study.record
-    titled = dataset.assign_attrs(study=record.name, title=record.heading)
+    record, titled = study.record, with_title(study, dataset)
     if doubts := record.doubts():
         titled = titled.assign_attrs(doubts="\n".join(doubts))
     return provenance.attach(titled, record.model_dump(mode="json"), study.text, processors)

@@ -94,7 +94,7 @@ def test_beside_a_chaotic_motion_each_is_watched_for_whether_its_chaos_lasts(mon
 
     places = {begun: 1.0}
     ends = {"lasting": lambda each, *_: motion(1) if places.get(each, 1.0) >= 1.2 else each}
-    ends |= {"Parameter": lambda *_: SimpleNamespace(value=1.0)}
+    ends |= {"Parameter": lambda *_: SimpleNamespace(value=1.0, noun="clearance")}
     ends["_halved"] = lambda side, carried, name, last, spot, _: side.change(
         name, spot[0], spot[0], "bracketed"
     )

@@ -16,6 +16,7 @@ from jointplay.analysis.assessment.settled import Settled, Unsettled, reached
 from jointplay.analysis.sweeps.attractor import Plan
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.motion.progress import stands
 
 NUMBERS = {  # what is changed together
     "stiffness": ("stiffness", "journal_modulus", "bearing_modulus"),
@@ -83,8 +84,10 @@ def hangs_on(motion: Settled, turns: int, how: Plan) -> dict[str, Any]:
         (1: contact is lost) and ``statuses``; over variants and joints ``peak`` (N), and over those with
         clearance ``separations`` in a turn and ``impact_speed`` (m/s).
     """
-    rows = []
-    for quantity, change, mechanism in variants(motion.mechanism):
+    rows: list[dict[str, Any]] = []
+    others = [*variants(motion.mechanism)]
+    for quantity, change, mechanism in others:
+        stands(len(rows) / len(others), f"contact data: {quantity} {change}")
         row = {"quantity": quantity, "change": change, "statuses": 0}
         try:
             other = reached(mechanism, motion.end, how)

@@ -25,8 +25,8 @@ from jointplay.analysis.assessment.edges import HOW, SIDES, Search, edges
 from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN, WORK, forces
 from jointplay.analysis.assessment.grades import GRADES, UNKNOWN, grade
 from jointplay.analysis.assessment.page import answer, page
-from jointplay.analysis.assessment.settled import CHANGES, LASTING, Settled, Unsettled, plan, present
-from jointplay.analysis.cells import first_bad, growing, handed_out, warm
+from jointplay.analysis.assessment.settled import CHANGES, LASTING, SLOW, Settled, Unsettled, plan, present
+from jointplay.analysis.cells import first_bad, growing, handed_out, shown, warm
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import Moving, Names, Settling, Small, analysis
@@ -39,7 +39,7 @@ from jointplay.solver.mechanism.base import Natural, Number, Positive, is_number
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
-from jointplay.solver.motion.progress import part
+from jointplay.solver.motion.progress import OutOfTime, limited, part, stands
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,8 +48,13 @@ TURNS, LYAPUNOV_TURNS, RTOL = 20, 200, 1e-7
 REACH, STEP, ACCURACY, LASTS = 2.0, 0.0025, 1e-3, 0.01
 LOOKED_AT = 32  # turns in which a settled motion must repeat
 BUDGET = 90.0  # s
+LEAST, MOST = 1.0, 24  # s that a cell has at least, and how often it may go on
 NOT_RUN = STATUS.index("not_run")
-SHARES = (0.0, 0.1, 0.2, 0.5, 1.0)  # of the work: the present motion, contact data, curves, edges
+SHARES = {  # of the work, about, that is done before and after each round: of a motion that
+    "keeps contact": (0.0, 0.03, 0.08, 0.35, 1.0),
+    "loses contact": (0.0, 0.03, 0.05, 0.2, 1.0),
+    "settles slowly": (0.0, 0.03, 0.04, 0.9, 1.0),
+}
 HOUR = 3600.0
 OVER = ("parameter", "side", "change")
 CHANGED = (*OVER[:2], "place")
@@ -116,7 +121,7 @@ OUTPUTS = Outputs(
         ),
         "joint_loss_error": Out((), "error of the sum of the losses", "J"),
         "present": Out("change", "present motion", flags=("no", "yes", "unknown")),
-        "edge_ratio": Out(OVER, "where it changes, over the present value"),
+        "edge_ratio": Out(OVER, "where it changes, as a multiple of the present value"),
         "edge_ratio_error": Out(OVER, "its error"),
         "bracket_low": Out(OVER, "lower end of its bracket"),
         "bracket_high": Out(OVER, "upper end of its bracket"),
@@ -129,9 +134,9 @@ OUTPUTS = Outputs(
         "present_value": Out("parameter", "present value, in the units of parameter_units"),
         "parameter_units": Out("parameter", "units of the parameter"),
         "parameter_name": Out("parameter", "the parameter"),
-        "limit_ratio": Out(OVER[:2], "last value looked at, over the present one"),
+        "limit_ratio": Out(OVER[:2], "last value looked at, as a multiple of the present one"),
         "values_looked_at": Out(OVER[:2], "values looked at, in even steps of the logarithm"),
-        "looked_ratio": Out((*OVER[:2], "looked"), "value looked at, over the present one"),
+        "looked_ratio": Out((*OVER[:2], "looked"), "value looked at, as a multiple of the present one"),
         "looked_period": Out((*OVER[:2], "looked"), "period of its motion in turns, 0 for none"),
         **{
             f"looked_{name}": Out((*OVER[:2], "looked"), text, flags=TOLD, missing=UNKNOWN)
@@ -141,7 +146,8 @@ OUTPUTS = Outputs(
             )
         },
         "window_low": Out(
-            (*OVER[:2], "window"), "lower end of a window narrower than an edge, over the present value"
+            (*OVER[:2], "window"),
+            "lower end of a window narrower than an edge, as a multiple of the present value",
         ),
         "window_high": Out((*OVER[:2], "window"), "its upper end"),
         "window_period": Out((*OVER[:2], "window"), "period of the motion in the window, turns; 0 for none"),
@@ -157,7 +163,7 @@ OUTPUTS = Outputs(
         "variant_period": Out("variant", "period with other contact data in turns, 0 for none seen"),
         "variant_grade": Out("variant", "grade with other contact data", flags=GRADED, missing=UNKNOWN),
         "variant_status": Out("variant", "how the run with other contact data ended", flags=STATUS),
-        "curve_ratio": Out(("parameter", "value"), "value of the parameter over the present one"),
+        "curve_ratio": Out(("parameter", "value"), "value, as a multiple of the present one"),
         "curve_peak_force": Out(("parameter", "value", "joint"), "largest joint force there", "N"),
         "curve_ideal_peak_force": Out(
             ("parameter", "value", "joint"), "largest joint force of the ideal mechanism there", "N"
@@ -169,7 +175,8 @@ OUTPUTS = Outputs(
         "curve_grade": Out(("parameter", "value"), "grade there", flags=GRADED, missing=UNKNOWN),
         "curve_status": Out(("parameter", "value"), "how the run there ended", flags=STATUS),
         "grade_change_ratio": Out(
-            CHANGED, "last value with the present grade and first with another one, over the present value"
+            CHANGED,
+            "last value with the present grade and first one with another, as a multiple of the present",
         ),
         "grade_change_grade": Out(CHANGED, "grade there", flags=GRADED, missing=UNKNOWN),
         "grade_change_force": Out(CHANGED, "largest force there, of the joint with the largest ratio", "N"),
@@ -263,8 +270,8 @@ def assess(  # noqa: D417 (nobody gives it the model)
     lyapunov_turns : int
         Turns over which the present motion's exponent is averaged; 0.3 of them at other values.
     budget : float
-        Time of the processors after which nothing further is begun, s. What was not reached has the status
-        ``not_run``.
+        Time of the processors after which all but the present motion is cut short, s. What was not reached
+        has the status ``not_run``; of a study, a later run goes on with it.
     n_jobs : int, optional
         Worker processes, 2 if left out.
 
@@ -287,75 +294,128 @@ def assess(  # noqa: D417 (nobody gives it the model)
     now, like = rounds.answers(assessed, [first | {"mechanism": each} for each in (mechanism, ideal)])
     shared = {"mechanism": mechanism, "how": how, "motion": now.get("motion")}
     search = Search(reach, step, accuracy, lasting)
-    (other,) = rounds.answers(hung, [shared | {"turns": turns}], now)
-    over = rounds.answers(
-        curved, [shared | {"key": key, "start": initial, "turns": turns} for key in keys], now
+    later = (
+        (hung, [shared | {"turns": turns}]),
+        (curved, [shared | {"key": key, "start": initial, "turns": turns} for key in keys]),
+        (sided, [shared | {"key": key, "side": side, "search": search} for key in keys for side in SIDES]),
     )
-    cells = [shared | {"key": key, "side": side, "search": search} for key in keys for side in SIDES]
-    sides = rounds.answers(sided, cells, now)
-    told = {"preparation": ready - began, "step": step, "lasting_share": lasting, "lasting_turns": lasted}
-    told |= ended(first_bad([now, like]), began)
-    made = assembled(mechanism, keys, now, like, other, over, sides)
-    return made.assign(OUTPUTS.variables_of(told)[0])
+    known = [[{"status": NOT_RUN}] * len(cells) for _, cells in later]
+
+    def made() -> xr.Dataset:
+        told = {"preparation": ready - began, "step": step, "lasting_share": lasting, "lasting_turns": lasted}
+        told |= ended(first_bad([now, like]), began)
+        (other,), over, sides = known
+        found = assembled(mechanism, keys, now, like, other, over, sides)
+        return found.assign(OUTPUTS.variables_of(told)[0])
+
+    shown(made, 0)
+    rounds.shares = SHARES[_kind(now)]
+    for number, (function, cells) in enumerate(later):
+        known[number] = rounds.answers(function, cells, now)
+        shown(made, number + 1)
+    return made()
+
+
+assess.bounds = {"budget"}  # type: ignore[attr-defined]  # what it leaves out, a later run adds
+
+
+def _kind(now: Answer) -> str:
+    """Words for a motion by which the shares of the work are known."""
+    if "motion" in now and now["motion"]["radius"] > SLOW:
+        return "settles slowly"
+    return "loses contact" if now.get("traits", [1])[0] else "keeps contact"
 
 
 class Rounds:
-    """Rounds of cells, each of which needs answers of the one before, as long as the budget lasts."""
+    """Rounds of cells, each of which needs answers of the one before, as long as the budget lasts.
+
+    A cell has a share of what is left. What that cuts short goes on from what it `known`, in the same run
+    where others leave some, or in a later one. Each time it has twice as long at least, so that it ends.
+    """
 
     def __init__(
         self, budget: float, progress: Callable[[float], None] | None, n_jobs: int | None, possible: int
     ):
         self.began, self.budget, self.spent = time.time(), budget, 0.0
         self.progress, self.n_jobs, self.possible, self.done, self.number = progress, n_jobs, possible, 0, 0
+        self.shares = SHARES["keeps contact"]
 
     def answers(
         self, function: Callable[..., Answer], cells: Sequence[dict[str, Any]], needed: Answer | None = None
     ) -> list[Answer]:
         """Answers of a round; status ``not_run`` where the budget is used up, or what is needed failed."""
-        tell = part(self.progress, *SHARES[self.number : self.number + 2])
+        tell = part(self.progress, *self.shares[self.number : self.number + 2])
         self.number += 1
-        before, self.done = self.done, self.done + len(cells)
-        if self.spent >= self.budget or (needed is not None and needed["status"]):
-            return [{"status": NOT_RUN} for _ in cells]
-        given = handed_out(function, cells, tell, self.n_jobs, before=before, possible=self.possible)
-        fresh = [each for each in given if each.get("at", 0.0) >= self.began]  # others are of an earlier run
-        self.spent += sum(each["cpu"] for each in fresh)
-        return given
+        found: list[Answer] = [{"status": NOT_RUN}] * len(cells)
+        left = [] if needed is not None and needed["status"] else [*range(len(cells))]
+        for least in (LEAST * 2**n for n in range(MOST)):
+            if not left or self.spent >= self.budget:
+                break
+            limit = math.inf if needed is None else max(least, (self.budget - self.spent) / len(left))
+            asked = [{"limit": limit, "known": found[i].get("known", {})} | cells[i] for i in left]
+            given = handed_out(function, asked, tell, self.n_jobs, before=self.done, possible=self.possible)
+            self.done += len(asked)
+            fresh = [each for each in given if each.get("at", 0.0) >= self.began]  # not of an earlier run
+            self.spent += sum(each["cpu"] for each in fresh)
+            for i, each in zip(left, given, strict=True):
+                found[i] = each
+            left = [i for i in left if found[i]["status"] == NOT_RUN]
+        return found
 
 
-def _timed(function: Callable[..., Answer], *values: Any) -> Answer:
-    """The answer of a function, with its time of the processor and the time of its end, s."""
-    began = time.process_time()
+def _timed(limit: float, function: Callable[..., Answer], *values: Any) -> Answer:
+    """The answer of a function, with its time of the processor and the time of its end, s.
+
+    ``not_run`` where it takes longer than `limit`.
+    """
+    began = time.thread_time()
     try:
-        found = {"status": 0, "trouble": ""} | function(*values)
+        with limited(limit):
+            found = {"status": 0, "trouble": ""} | function(*values)
+    except OutOfTime:
+        found = {"status": NOT_RUN, "trouble": ""}
     except Unsettled as error:
         found = {"status": error.status, "trouble": str(error)}
-    return found | {"cpu": time.process_time() - began, "at": time.time()}
+    return found | {"cpu": time.thread_time() - began, "at": time.time()}
 
 
-def assessed(mechanism: Mechanism, start: Any, turns: int, how: Any) -> Answer:
+def assessed(
+    mechanism: Mechanism, start: Any, turns: int, how: Any, limit: float = math.inf, **_: Any
+) -> Answer:
     """Answer of a cell: the motion that a mechanism settles to, and its forces."""
 
     def found() -> Answer:
+        stands(0.0, "the present motion" if mechanism.clearance_joints else "ideal joints")
         motion = present(mechanism, start, how)
         return forces(motion, turns, how) | {"motion": motion.plain()}
 
-    return _timed(found)
+    return _timed(limit, found)
 
 
-def hung(mechanism: Mechanism, motion: Answer, turns: int, how: Any) -> Answer:
+def hung(mechanism: Mechanism, motion: Answer, turns: int, how: Any, limit: float, **_: Any) -> Answer:
     """Answer of a cell: the same motion with other contact data."""
-    return _timed(hangs_on, Settled.of(mechanism, motion), turns, how)
+    return _timed(limit, hangs_on, Settled.of(mechanism, motion), turns, how)
 
 
-def curved(mechanism: Mechanism, motion: Answer, key: str, start: Any, turns: int, how: Any) -> Answer:
+def curved(
+    mechanism: Mechanism, motion: Answer, key: str, start: Any, turns: int, how: Any, limit: float, **_: Any
+) -> Answer:
     """Answer of a cell: forces over a parameter."""
-    return _timed(curve, Settled.of(mechanism, motion), key, start, turns, how)
+    return _timed(limit, curve, Settled.of(mechanism, motion), key, start, turns, how)
 
 
-def sided(mechanism: Mechanism, motion: Answer, key: str, side: str, search: Search, how: Any) -> Answer:
+def sided(
+    mechanism: Mechanism,
+    motion: Answer,
+    key: str,
+    side: str,
+    search: Search,
+    how: Any,
+    limit: float,
+    known: Answer,
+) -> Answer:
     """Answer of a cell: changes on one side of a parameter."""
-    return _timed(edges, Settled.of(mechanism, motion), key, side, search, how)
+    return _timed(limit, edges, Settled.of(mechanism, motion), key, side, search, how, known)
 
 
 def assembled(

@@ -26,6 +26,7 @@ from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.method.codes import Status
+from jointplay.solver.motion.progress import stands
 
 VALUES = 49  # the present one in the middle
 SPANS = {"clearance": 10.0}  # reach of a curve by the parameter's last word, as a factor
@@ -60,13 +61,16 @@ def curve(here: Settled, key: str, start: Any, turns: int, how: Plan) -> dict[st
         `END`; the latter NaN where it is not met.
     """
     scene = Scene(here, key, start, turns, replace(how, transient=SETTLE, turns=SEEN))
-    where = ratios(key)
+    where, name = ratios(key), f"forces over the {Parameter(here.mechanism, key).noun}"
     middle = len(where) // 2
+    stands(0.0, name)
     above = scene.rows(where[middle:])
     scene.outward()
+    stands(0.4, name)
     rows = scene.rows(where[:middle][::-1])[::-1] + above
     changes = []
     for way in (-1, 1):
+        stands(0.85 + 0.05 * way, name)
         scene.outward()
         changes.append(scene.change(rows, where, way))
     answer = columns(rows, ("status", "period", "lost", "grade", "peak", "ideal", "impact_speed"))

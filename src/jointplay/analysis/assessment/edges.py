@@ -22,6 +22,7 @@ followed is another one.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -29,7 +30,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from jointplay.analysis.assessment.branch_walk import Branch, Place, Walk, kind_of
-from jointplay.analysis.assessment.settled import CHANGES, LASTING, Settled, Unsettled, lasting, settled
+from jointplay.analysis.assessment.settled import (
+    CHANGES,
+    LASTING,
+    Remembering,
+    Settled,
+    Unsettled,
+    lasting,
+    settled,
+)
 from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.analysis.orbits.branch_points import KINDS as SPECIAL
 from jointplay.analysis.sweeps.attractor import Plan
@@ -38,8 +47,10 @@ from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.method.codes import Status
 from jointplay.solver.motion.batching import batch
+from jointplay.solver.motion.progress import OutOfTime, stands
 
 SIDES = {"below": -1, "above": 1}
+WAYS = {"below": "downward", "above": "upward"}
 HOW = ("not_met", "bracketed", *SPECIAL, "irregular")
 CARRIED = 0.3  # of the transient and of an exponent's turns, for a motion that begins from its neighbour's
 PINPRICK, WIDENED, HALVED = 1e-5, 4.0, 4  # first relative distance to a window's end; factor; halvings then
@@ -184,11 +195,18 @@ class Side:
         The last value looked at.
     lasting : float
         Share of the parameter over which a change has to last: else it is a window.
+    begin, reach : float
+        The present value, and how far the search goes, as a factor.
+    name : str
+        Words for the parameter and the way.
     """
 
     here: Settled
     limit: float
     lasting: float = 0.0
+    begin: float = 1.0
+    reach: float = 2.0
+    name: str = ""
     found: dict[str, tuple[float, ...]] = field(default_factory=dict)
     looked: list[tuple[float, dict[str, bool], int]] = field(default_factory=list)
     windows: dict[float, tuple[float, float, int]] = field(default_factory=dict)
@@ -213,6 +231,8 @@ class Side:
     def at(self, value: float, traits: dict[str, bool], period: int) -> None:
         """Note a value looked at, and which traits are as at present there for the first time again."""
         self.limit = value
+        done = abs(math.log(value / self.begin)) / math.log(self.reach)
+        stands(done, f"{self.name}: {value / self.begin:.2f} of present")
         self.looked.append((value, traits, period))
         for name in self.returned(traits):
             edge, how = self.found[name][0], self.found[name][-1]
@@ -230,7 +250,9 @@ class Side:
         self.found[name] = ((low + high) / 2, (high - low) / 2, low, high, math.nan, HOW.index(how))
 
 
-def edges(here: Settled, key: str, side: str, search: Search, how: Plan) -> dict[str, Any]:
+def edges(
+    here: Settled, key: str, side: str, search: Search, how: Plan, known: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
     """Find the first change of each kind on one side of the present value of a parameter.
 
     Returns
@@ -240,22 +262,29 @@ def edges(here: Settled, key: str, side: str, search: Search, how: Plan) -> dict
         (0: none) and, over `CHANGES` too, ``traits``; over `CHANGES`: ``edge`` (NaN: not met), its ``error``,
         ``low`` and ``high``, motions that differ and the edge between them, ``back``, where it is first as at
         present again (NaN: not met), and ``how``, an index into `HOW`. ``windows``: low and high end, and
-        period, of each change that was taken back within the share `lasting`.
+        period, of each change that was taken back within the share `lasting`. Where the time ended before:
+        status ``not_run``, what was found so far, and all motions settled so far as ``known``, with which
+        another call goes on.
     """
-    begin = float(Parameter(here.mechanism, key).value)
-    carried, way = Carried(here.mechanism, key, how), SIDES[side]
-    found, status, trouble = Side(here, begin, search.lasting), 0, ""
+    given = Parameter(here.mechanism, key)
+    begin, way, name = float(given.value), SIDES[side], f"{given.noun}, {WAYS[side]}"
+    how = Remembering(**vars(how), known=dict(known or {}))
+    carried = Carried(here.mechanism, key, how)
+    found, status, trouble = Side(here, begin, search.lasting, begin, search.reach, name), 0, ""
     try:
         if here.orbit is None:
             _carried_along(found, carried, search.in_chaos(), way)
         else:
             _along_orbits(found, carried, search, way)
+    except OutOfTime:
+        status = int(Status.NOT_RUN)
     except Unsettled as error:
         status, trouble = error.status, Status(error.status).meaning
     except InputError as error:
         status, trouble = int(Status.BAD_PARAMETERS), str(error)
     columns = np.array([found.found[name] for name in CHANGES]).T
     ended = {"status": status, "trouble": trouble, "limit": found.limit, "windows": [*found.windows.values()]}
+    ended |= {"known": how.known} if status == Status.NOT_RUN else {}
     ended["looked"] = np.array([value for value, _, _ in found.looked])
     ended["traits"] = np.array([[each[name] for name in CHANGES] for _, each, _ in found.looked], dtype=bool)
     ended["periods"] = np.array([period for _, _, period in found.looked], dtype=int)
@@ -327,7 +356,8 @@ def _beyond(side: Side, carried: Carried, search: Search, first: Spot, way: int,
     count = min(BEYOND, math.ceil(rest / search.step)) if rest > 0 else 0
     values = [float(v) for v in first[0] * np.exp(way * np.linspace(0.0, rest, count + 1)[1:])]
     places = [carried.mechanism.varied({carried.key: value}) for value in values]
-    calls = [partial(_tried, place, first[1].end, carried.carried) for place in places]
+    plan = replace(carried.carried, beside=True)
+    calls = [partial(_tried, place, first[1].end, plan) for place in places]
     last = first
     for value, motion in zip(values, batch(calls, followed_together), strict=True):
         if isinstance(motion, Unsettled):

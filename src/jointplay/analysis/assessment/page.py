@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jointplay.analysis.assessment.edges import SIDES
 from jointplay.analysis.assessment.grades import GRADES, MEANING, UNKNOWN
 from jointplay.analysis.assessment.settled import SLOW
 from jointplay.display import codes
@@ -36,7 +37,6 @@ PLACES = 41  # values of the diagram that shows a change by brute force
 ALIKE = 1.01  # force ratio below which forces are those of ideal joints
 HELPS = 0.99  # of the force ratio: a change that leaves more of it helps nothing
 NOT_RUN = "not_run"
-SIDES = ("below", "above")
 TRIED = {("damping", "×3"): "three times the damping", ("friction", "×2"): "twice the friction"}
 OTHER = {
     "clearance": (0.5, "half the {}"),
@@ -53,27 +53,45 @@ def answer(dataset: Dataset) -> str:
 
 def page(dataset: Dataset, source: str = "MECHANISM.toml") -> str:
     """Return the whole assessment as a page of plain text; `source` is the file in its commands."""
+    return "\n".join(part(dataset, number, source) for number in range(len(PARTS)))
+
+
+def part(dataset: Dataset, number: int, source: str = "MECHANISM.toml") -> str:
+    """Return a part of the page, which is final after the round of the assessment that has its number."""
+    return "\n".join([*PARTS[number](dataset, source), ""])
+
+
+def _at_once(dataset: Dataset, _: str) -> list[str]:
+    """The title, the verdict, and the forces and contacts behind it."""
     name = str(dataset.attrs.get("title") or dataset.attrs.get("study") or "assessment")
-    lines = [name, "=" * len(name), ""]
-    lines += ["Verdict", *(f"  {line}" for line in _told(dataset)), *_slow(dataset), ""]
-    if _grade(dataset) != UNKNOWN:
-        lines += [*_hangs_on(dataset), "", *_to_do(dataset), ""]
-    lines += [*_forces(dataset), "", *_contacts(dataset), "", *_changes(dataset), ""]
-    lines += ["Grades", *(f"  {grade}: {MEANING[grade]}" for grade in GRADES), ""]
-    lines += [
-        "Reproduce",
-        f"  jointplay assess {source}",
-        "Check by brute force: a diagram across each change",
-    ]
-    lines += [f"  {command}" for command in commands(dataset, source)]
-    return "\n".join(lines) + "\n"
+    lines = [name, "=" * len(name), "", "Verdict", *(f"  {line}" for line in _told(dataset)), *_slow(dataset)]
+    return [*lines, "", *_forces(dataset), "", *_contacts(dataset)]
 
 
 def _told(dataset: Dataset) -> list[str]:
     """The verdict in sentences."""
     if _grade(dataset) == UNKNOWN:
         return ["No forces are known: the motion was not followed to its end."]
-    return [f"{_verdict(dataset)}.", f"{_motion(dataset)}.", f"{_limits(dataset)}."]
+    return [f"{_verdict(dataset)}.", f"{_motion(dataset)}."]
+
+
+def _in_the_end(dataset: Dataset, source: str) -> list[str]:
+    """Where the motion changes, what the grades mean, and commands."""
+    lines = [*_changes(dataset), "", "Grades", *(f"  {grade}: {MEANING[grade]}" for grade in GRADES), ""]
+    lines += [
+        "Reproduce",
+        f"  jointplay assess {source}",
+        "Check by brute force: a diagram across each change",
+    ]
+    return [*lines, *(f"  {command}" for command in commands(dataset, source))]
+
+
+PARTS: tuple[Callable[[Dataset, str], list[str]], ...] = (
+    _at_once,
+    lambda dataset, _: _hangs_on(dataset),
+    lambda dataset, _: _to_do(dataset),
+    _in_the_end,
+)
 
 
 def _grade(dataset: Dataset) -> str:
@@ -122,7 +140,7 @@ def _limits(dataset: Dataset) -> str:
         if ends:
             places.append(f"{dataset['parameter_name'].sel(parameter=key).values} {' or '.join(ends)}")
     if not places and not dataset["values_looked_at"].values.any():
-        return "Where that changes was not looked at"
+        return "Where contact is first lost or kept was not looked at"
     if not places:
         return f"Contact is {'lost' if lost else 'kept'} at all values that were looked at"
     return f"Contact is {'kept' if lost else 'lost'} at: {'; '.join(places)}"
@@ -163,6 +181,8 @@ def _slow(dataset: Dataset) -> Iterator[str]:
 
 def _hangs_on(dataset: Dataset) -> list[str]:
     """Contact data, and the same motion with other contact data."""
+    if _grade(dataset) == UNKNOWN:
+        return ["What it hangs on: not known"]
     lines = ["What it hangs on"]
     for name, text in zip(_joints(dataset), dataset["contact_data"].values, strict=True):
         lines += [f"  joint {name}: {text}"] if text else []
@@ -232,6 +252,8 @@ def _band(dataset: Dataset, joint: str) -> str:
 
 def _to_do(dataset: Dataset) -> list[str]:
     """Values at which the grade changes, with forces before and after, and the change that helps most."""
+    if _grade(dataset) == UNKNOWN:
+        return ["What to do: not known"]
     rows = [("", "grade changes at", "away", "grade", "largest force", "times ideal", "impact speed")]
     missing = []
     for key in map(str, dataset["parameter"].values):
@@ -390,12 +412,13 @@ def _value(dataset: Dataset, key: str, ratio: float, digits: int = 6) -> str:
 
 def _changes(dataset: Dataset) -> list[str]:
     lines = ["Where the motion changes, outward from the present value of one parameter at a time"]
+    lines += [f"  {_limits(dataset)}."] if _grade(dataset) != UNKNOWN else []
     for key in map(str, dataset["parameter"].values):
         one = dataset.sel(parameter=key)
         now = f"now {_value(dataset, key, 1.0, 4)}"
         rows = [(f"{one['parameter_name'].values}, {now}", "at", "away", "between motions at", "found by")]
         unmet = []
-        for side in ("below", "above"):
+        for side in SIDES:
             rows += _met(dataset, key, side)
             unmet += [
                 *_not_met(dataset, key, side),
@@ -409,7 +432,7 @@ def _changes(dataset: Dataset) -> list[str]:
 def _looked(one: Dataset) -> str:
     """Words on the number of values of a parameter that were followed, and their relative distance."""
     parts = []
-    for side in ("below", "above"):
+    for side in SIDES:
         here = one.sel(side=side)
         count = int(here["values_looked_at"])
         apart = f", {plain(100 * _apart(here), 2)} % apart on average" if count else ""
@@ -467,6 +490,8 @@ def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     unmet = list(map(str, dataset["change"].values[one["found_by"].values == 0]))
     status = str(codes.words(one["side_status"]).values)
     why = "" if status == "ok" else f", where it stopped: {status}"
+    if status == NOT_RUN:
+        why = " (not looked at beyond)"
     end = _value(dataset, key, float(one["limit_ratio"]), 4)
     if "chaos" in unmet and _present(dataset)["chaos"] == "yes":
         unmet.remove("chaos")
@@ -507,7 +532,7 @@ def commands(dataset: Dataset, source: str) -> list[str]:
     """Commands that run a bifurcation diagram across the changes on each side, from the present value."""
     lines = []
     for key in map(str, dataset["parameter"].values):
-        for side in ("below", "above"):
+        for side in SIDES:
             ends = dataset["edge_ratio"].sel(parameter=key, side=side).values
             if np.isfinite(ends).any():
                 farthest = float((np.nanmin if side == "below" else np.nanmax)(ends))

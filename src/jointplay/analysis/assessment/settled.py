@@ -24,7 +24,7 @@ Validity: as of `bifurcation`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -37,6 +37,7 @@ from jointplay.analysis.orbits.shooting import Orbit, newton
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import End, placed, state_names
 from jointplay.analysis.sweeps.attractor import Plan, settle
+from jointplay.jobs.job import key_of
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism
 
 PATIENCE = (4, 8, 32)  # transients more, one after another, of a motion without the usual period
@@ -59,6 +60,22 @@ class Unsettled(ArithmeticError):
     def __init__(self, status: int):
         super().__init__(STATUS[status])
         self.status = status
+
+
+@dataclass(frozen=True)
+class Remembering(Plan):
+    """Settings of motions that are kept, so that a search that was cut short finds them again.
+
+    Parameters
+    ----------
+    known : dict
+        Motions by the hash of all that decides them, as `Settled.plain`; new ones are added.
+    beside : bool
+        Whether a motion is followed beside others, by another method.
+    """
+
+    known: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
+    beside: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,7 +253,12 @@ def lasting(motion: Settled, how: Plan, waits: tuple[int, ...] = LASTING) -> Set
 
 def followed(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
     """Follow a motion once; `Unsettled` where that fails."""
-    answer = settle(mechanism, start, how)
-    if answer["status"]:
-        raise Unsettled(answer["status"])
-    return Settled(mechanism, answer["end"], answer["values"])
+    known, key = {}, ""
+    if isinstance(how, Remembering):
+        known, key = how.known, key_of(mechanism, start, repr(how))
+    if key not in known:
+        answer = settle(mechanism, start, how)
+        if answer["status"]:
+            raise Unsettled(answer["status"])
+        known[key] = Settled(mechanism, answer["end"], answer["values"]).plain()
+    return Settled.of(mechanism, known[key])

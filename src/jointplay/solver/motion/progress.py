@@ -33,6 +33,10 @@ class Aborted(KeyboardInterrupt):
     """End of a run, wherever it is, that made no check in time: complete results are kept."""
 
 
+class OutOfTime(BaseException):
+    """End of a block, at a `tick`, that has used the time it was given (`limited`)."""
+
+
 class Reporter:
     """A user's `progress`, called with fractions that never fall, and the last one again as time passes."""
 
@@ -55,6 +59,8 @@ class Reporter:
 
 
 _reporter: ContextVar[Reporter | None] = ContextVar("reporter", default=None)
+_end: ContextVar[float] = ContextVar("end", default=math.inf)  # on the clock of the thread's processor time
+_listener: ContextVar[Callable[[float, str], None] | None] = ContextVar("listener", default=None)
 
 
 def reported(analysis: Callable[P, T]) -> Callable[P, T]:
@@ -101,9 +107,13 @@ def tick() -> None:
     ------
     Stopped
         Once, after `stop`.
+    OutOfTime
+        In a block whose time is used up.
     """
     if (reporter := _reporter.get()) is not None:
         reporter.again()
+    if (end := _end.get()) < math.inf and time.thread_time() >= end:
+        raise OutOfTime
     if _stop.asked:
         _stop.reset()
         raise Stopped
@@ -114,6 +124,32 @@ def ticked(passes: Iterable[T]) -> Iterator[T]:
     for each in passes:
         tick()
         yield each
+
+
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """Let the block have so many seconds of the processor: it ends as `OutOfTime` at the next `tick`."""
+    before = _end.set(time.thread_time() + seconds)
+    try:
+        yield
+    finally:
+        _end.reset(before)
+
+
+@contextmanager
+def heard(listener: Callable[[float, str], None]) -> Iterator[None]:
+    """Have a function called with what the block says of where it `stands`."""
+    before = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(before)
+
+
+def stands(fraction: float, place: str) -> None:
+    """Say how much of a cell is done, and in a few words where it is."""
+    if (listener := _listener.get()) is not None:
+        listener(fraction, place)
 
 
 class _Stop:
