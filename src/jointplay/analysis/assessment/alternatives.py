@@ -91,7 +91,7 @@ def hangs_on(motion: Settled, turns: int, how: Plan) -> dict[str, Any]:
         row = {"quantity": quantity, "change": change, "statuses": 0}
         try:
             other = reached(mechanism, motion.end, how)
-            row |= forces(other, turns, how, PER_TURN) | {"lost": other.traits["contact_loss"]}
+            row |= forces(other, turns, how, PER_TURN, brief=True) | {"lost": other.traits["contact_loss"]}
         except Unsettled as error:
             row["statuses"] = error.status
         rows.append(row)

@@ -73,7 +73,7 @@ class Place:
     multipliers: np.ndarray
     margin: float
 
-    @property
+    @cached_property
     def lost(self) -> bool:
         """Whether contact is lost in the orbit."""
         return loses_contact(self.orbit)

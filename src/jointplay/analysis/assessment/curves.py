@@ -87,6 +87,8 @@ class Scene:
         self.present = float(Parameter(self.mechanism, key).value)
         self.branch = Branch(self.mechanism, key, max(here.period, 1), how.max_steps)
         self.slow, self.ideal = here.radius > SLOW, {}
+        over_clearance = key.rsplit(".", 1)[-1] == "clearance"
+        self.smooth = self.mechanism.replace(clearance=0.0) if over_clearance else None
         self.first = None if here.orbit is None else self.branch.first(self.present, here.orbit)
         self.outward()
 
@@ -114,7 +116,7 @@ class Scene:
 
     def _ideal(self, places: list[Mechanism]) -> list[dict[str, float]]:
         """Largest forces of ideal joints by name; where only a clearance differs they are the same."""
-        ideals = [place.replace(clearance=0.0) for place in places]
+        ideals = [self.smooth or place.replace(clearance=0.0) for place in places]
         new = [each for each in dict.fromkeys(ideals) if each not in self.ideal]
         settled = settle_together([(each, None) for each in new], self.how)
         self.ideal |= {each: self._peaks(each, answer) for each, answer in zip(new, settled, strict=True)}
@@ -124,7 +126,7 @@ class Scene:
         if answer["status"]:
             return {}
         motion = Settled(mechanism, answer["end"], answer["values"])
-        found = forces(motion, REPEATED, self.how, PER_TURN)
+        found = forces(motion, REPEATED, self.how, PER_TURN, brief=True)
         return dict(zip(found["names"], map(float, found["peak"]), strict=True))
 
     def _row(
@@ -136,7 +138,8 @@ class Scene:
         try:
             if not motion.period and self.slow:
                 motion = self._on_orbit(value, motion) or motion
-            found = forces(motion, REPEATED * motion.period or self.turns, self.how, PER_TURN)
+            turns = REPEATED * motion.period or self.turns
+            found = forces(motion, turns, self.how, PER_TURN, brief=True)
         except Unsettled as error:
             return {"status": error.status}
         like = np.array([ideal.get(name, np.nan) for name in found["names"]])

@@ -33,16 +33,20 @@ from jointplay.solver.motion.trajectory import Records, Request, follow
 
 SAMPLES, SHOWN = 4096, 512  # of a turn: evaluated, and kept of the last one
 ORBIT = 1e-9  # tolerance of a step on an orbit, whose forces are known as well as it is followed
-WANTED = ("normal_force", "tangential_force", "normal_velocity", "tangential_velocity")
+FORCES = ("normal_force", "tangential_force", "reaction")
 WORK = ("drive_work", "joint_work")
-WANTED += ("reaction", *WORK)
+WANTED = (*FORCES, "normal_velocity", "tangential_velocity", *WORK)
 EXPONENT = ("section_exponent_per_turn", "section_standard_error_per_turn")
 History = dict[str, np.ndarray]  # quantities by name, and their times
 PER_TURN = ("impact_loss", "friction_loss", "sliding_work")
 
 
-def forces(motion: Settled, turns: int, how: Plan, per_turn: int = SAMPLES) -> dict[str, Any]:
+def forces(
+    motion: Settled, turns: int, how: Plan, per_turn: int = SAMPLES, brief: bool = False
+) -> dict[str, Any]:
     """Forces and losses over some turns of a settled motion; of a periodic orbit two of its periods suffice.
+
+    In `brief`, largest forces and impact speeds alone, without errors.
 
     Returns
     -------
@@ -69,11 +73,18 @@ def forces(motion: Settled, turns: int, how: Plan, per_turn: int = SAMPLES) -> d
     if records.status:
         raise Unsettled(records.status)
     samples, steps = records.samples, records.steps[:, 2:]
-    fine, coarse = (_history(model, rtol, records, [steps, samples[::every]]) for every in (1, 2))
-    answer = {"names": [*model.joints, *model.pins], "force": _shown(fine, times[-1 - per_turn :])}
-    answer |= _peaks(fine, coarse, bounds[-1] / 2) | _of_motion(motion)
+    names = FORCES if brief else WANTED
+    fine = _history(model, rtol, records, [steps, samples], names)
+    answer = {"names": [*model.joints, *model.pins], "peak": _sizes(fine).max(axis=0)} | _of_motion(motion)
     if model.joints:
-        answer |= _losses(fine, coarse, bounds) | {"impact_speed": _impact_speeds(model, records)}
+        answer["impact_speed"] = _impact_speeds(model, records)
+    if brief:
+        return answer
+    coarse = _history(model, rtol, records, [steps, samples[::2]], names)
+    answer["force"] = _shown(fine, times[-1 - per_turn :])
+    answer["peak_error"] = _peak_error(fine, coarse, bounds[-1] / 2)
+    if model.joints:
+        answer |= _losses(fine, coarse, bounds)
         answer |= {name: (fine[name][-1] - fine[name][0]) / turns for name in WORK}
     return answer
 
@@ -86,12 +97,14 @@ def columns(rows: Sequence[Mapping[str, Any]], keys: Sequence[str]) -> dict[str,
     return {"names": known.get("names", [])} | found
 
 
-def _history(model: Model, rtol: float, records: Records, parts: list[np.ndarray]) -> History:
+def _history(
+    model: Model, rtol: float, records: Records, parts: list[np.ndarray], wanted: Sequence[str]
+) -> History:
     """Quantities at rows in order of time; at an event the integrator's points are its two sides."""
     rows = np.concatenate(parts)
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     here = {"joint": model.joints, "pin": model.pins}
-    names = [name for name in WANTED if here.get(WORDS[name].of, model.joints)]
+    names = [name for name in wanted if here.get(WORDS[name].of, model.joints)]
     found = rates.quantities(model, rtol, records, rows).variables(names, "time")
     return {name: values for name, (_, values, _) in found.items()} | {"time": rows[:, 0]}
 
@@ -110,12 +123,11 @@ def _shown(given: History, times: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(wanted, given["time"], each) for each in sizes.T], -1)
 
 
-def _peaks(fine: History, coarse: History, half: float) -> dict[str, np.ndarray]:
-    """Largest force of each joint, and its error."""
+def _peak_error(fine: History, coarse: History, half: float) -> np.ndarray:
+    """Error of the largest force of each joint."""
     sizes, first = _sizes(fine), fine["time"] <= half
-    peak = sizes.max(axis=0)
     halves = sizes[first].max(axis=0) - sizes[~first].max(axis=0)
-    return {"peak": peak, "peak_error": np.maximum(np.abs(halves), peak - _sizes(coarse).max(axis=0))}
+    return np.maximum(np.abs(halves), sizes.max(axis=0) - _sizes(coarse).max(axis=0))
 
 
 def _of_motion(motion: Settled) -> dict[str, Any]:

@@ -20,7 +20,6 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from jointplay.analysis.orbits import floquet
 from jointplay.analysis.orbits.arclength import solve
@@ -107,6 +106,8 @@ def between(family: Family, one: Point, other: Point) -> list[Special]:
 
 def _located(family: Family, one: Point, other: Point, kind: str, test: Test, ends) -> Special | None:
     """The zero of a test function; None if it jumps there, or a pair is real."""
+    from scipy.optimize import brentq  # takes long to import, and orbits alone go without
+
     if kind == "branch_point":  # beside one the tangent is ill-conditioned; multipliers are not
         units = [unit(point) for point in (one, other)]
         if units[0] * units[1] < 0:
