@@ -5,6 +5,8 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.assessment import assess as assess_module
 from jointplay.cli import main
+from jointplay.study.file import load
+from jointplay.study.plan import status
 
 MECHANISM = '[mechanism]\ncatalog = "chunmei2002"\nclearance = "29 µm"\ngear_ratio = 3.0\n'
 BRIEF = ["analysis.turns=2", "analysis.transient=10", "analysis.reach=1.01", "analysis.lyapunov_turns=5"]
@@ -57,9 +59,11 @@ def test_each_part_of_the_page_is_printed_when_its_round_is_over(tmp_path, monke
     kept = out.with_suffix(".txt").read_text(encoding="utf-8")
     assert page == kept.replace("MECHANISM.toml", str(path)) + "\n"
     assert assessed(path, tmp_path, "--no-figure", "--set", *BRIEF, "analysis.budget=20") == 0
-    again = capsys.readouterr()
-    assert again.out.partition("result  ")[0] == page
-    assert "cells are there already" in again.err
+    again = capsys.readouterr().out
+    assert again.partition("journal  ")[0] == page
+    assert again.count("cells are there already") == 4
+    study = load(str(path), [*BRIEF, "analysis.budget=3"], kind="assess")
+    assert next(iter(status(study, tmp_path))) == "cells    9 of 9 finished"
 
 
 def found_mechanism():

@@ -11,7 +11,7 @@ from jointplay.analysis.assessment.assess import OUTPUTS, assembled
 from jointplay.analysis.assessment.page import answer, commands, page
 from jointplay.analysis.labels import ended
 from jointplay.study.file import load
-from tests.figures.support.synthetic_assessment import KEYS, LOOSE, NAMES, assessment, motion
+from tests.figures.support.synthetic_assessment import KEYS, LOOSE, NAMES, SIDES, assessment, motion, side
 
 
 def test_forces_stand_by_their_joints_though_the_answers_order_them_otherwise():
@@ -113,6 +113,14 @@ def test_what_the_budget_did_not_reach_is_named():
     assert "other contact data: not looked at" in text
     assert "gear ratio: not looked at" in text
     assert text.count("below: not looked at") == text.count("above: not looked at") == 2
+    assert "(the same command goes on with what was not looked at)" in text
+    assert "goes on" not in page(assessment())
+
+
+def test_a_side_that_was_cut_short_says_how_far_it_came():
+    text = page(assessment(sides=[side(1.5e-4, status=7), *SIDES[1:]]))
+    assert "below: not met up to 150 µm (not looked at beyond): contact is kept, period 1 is lost" in text
+    assert "(the same command goes on with what was not looked at)" in text
 
 
 def test_three_lines_say_the_verdict_the_motion_and_where_contact_changes():

@@ -131,9 +131,10 @@ def assess_mechanism(arguments: Namespace) -> int:
     study = _doubted(load(arguments.study, arguments.set, kind="assess"))
     out = _free(study, arguments, fresh=arguments.fresh)
     pool = Pool.checked(arguments.jobs, "loky", None)
-    notes = partial(print, file=sys.stderr)  # the page alone is on standard output
-    text = partial(part, source=arguments.study)
-    outcome = _completed(study, out, pool, fresh=arguments.fresh, note=notes, text=text)
+    notes, text = list[str](), partial(part, source=arguments.study)
+    outcome = _completed(study, out, pool, fresh=arguments.fresh, note=notes.append, text=text)
+    for line in notes:
+        say(line)
     return _finished(outcome, study.record.figure, arguments.no_figure)
 
 

@@ -38,6 +38,10 @@ from jointplay.study.run import (
 
 LENGTHS = ("turns", "transient")
 FOLLOW = "more may follow from what these find"
+NOTES = {
+    Status.CRASHED.word: " (these run again)",
+    Status.NOT_RUN.word: " (cut short by the budget; others go on with them)",
+}
 LEAST = 20  # turns of one analysis that are timed, beside twice as many
 
 
@@ -181,7 +185,7 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
     yield f"cells    {len(index)}" + (f" of {cells}" if cells else "") + f" finished{more}"
     ends = Counter(Status(code).word for code in index.values() if code)
     for word, n in sorted(ends.items()):
-        yield f"{word:<8} {n}" + (" (these run again)" if word == Status.CRASHED.word else "")
+        yield f"{word:<8} {n}{NOTES.get(word, '')}"
     for each in (*parts, journal):
         yield from _journal_lines(each, index)
         if os.path.exists(each.folder) and (writer := each.writer()) is not None:

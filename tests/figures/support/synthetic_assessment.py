@@ -95,11 +95,11 @@ def curved(key, far=NAN):
     return {"status": 0, "trouble": ""} | values | {"change": np.array([never, [before, after]])}
 
 
-def assessment(now=None, **changes) -> xr.Dataset:
+def assessment(now=None, sides=SIDES, **changes) -> xr.Dataset:
     """Joint B with a clearance of 0.2 mm; the present motion's answer, or `changes` of it."""
     mechanism = jp.catalog.chunmei2002(clearance=2e-4, gear_ratio=3.0)
     now = now or motion(NAMES, 2.0, **({"motion": {"radius": 0.5}} | LOOSE | changes))
     over = [curved(KEYS[0], 1.4), curved(KEYS[1], 2.0)]
-    made = assembled(mechanism, KEYS, now, motion(["O", "A", "B", "C"]), hung(6), over, SIDES)
+    made = assembled(mechanism, KEYS, now, motion(["O", "A", "B", "C"]), hung(6), over, sides)
     told = {"step": 0.01, "lasting_turns": 400, "lasting_share": 0.01} | ended(int(now["status"]), 0.0)
     return made.assign(OUTPUTS.variables_of(told)[0])

@@ -337,7 +337,7 @@ class Rounds:
         self, budget: float, progress: Callable[[float], None] | None, n_jobs: int | None, possible: int
     ):
         self.began, self.budget, self.spent = time.time(), budget, 0.0
-        self.progress, self.n_jobs, self.possible, self.done, self.number = progress, n_jobs, possible, 0, 0
+        self.progress, self.n_jobs, self.possible, self.number = progress, n_jobs, possible, 0
         self.shares = SHARES["keeps contact"]
 
     def answers(
@@ -353,8 +353,7 @@ class Rounds:
                 break
             limit = math.inf if needed is None else max(least, (self.budget - self.spent) / len(left))
             asked = [{"limit": limit, "known": found[i].get("known", {})} | cells[i] for i in left]
-            given = handed_out(function, asked, tell, self.n_jobs, before=self.done, possible=self.possible)
-            self.done += len(asked)
+            given = handed_out(function, asked, tell, self.n_jobs, possible=self.possible)
             fresh = [each for each in given if each.get("at", 0.0) >= self.began]  # not of an earlier run
             self.spent += sum(each["cpu"] for each in fresh)
             for i, each in zip(left, given, strict=True):

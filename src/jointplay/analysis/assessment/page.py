@@ -78,12 +78,12 @@ def _told(dataset: Dataset) -> list[str]:
 def _in_the_end(dataset: Dataset, source: str) -> list[str]:
     """Where the motion changes, what the grades mean, and commands."""
     lines = [*_changes(dataset), "", "Grades", *(f"  {grade}: {MEANING[grade]}" for grade in GRADES), ""]
-    lines += [
-        "Reproduce",
-        f"  jointplay assess {source}",
-        "Check by brute force: a diagram across each change",
-    ]
-    return [*lines, *(f"  {command}" for command in commands(dataset, source))]
+    lines += ["Reproduce", f"  jointplay assess {source}"]
+    if any(NOT_RUN in codes.words(dataset[f"{each}_status"]).values for each in ("variant", "curve", "side")):
+        lines += ["  (the same command goes on with what was not looked at)"]
+    given = commands(dataset, source)
+    lines += ["Check by brute force: a diagram across each change"] * bool(given)
+    return [*lines, *(f"  {command}" for command in given)]
 
 
 PARTS: tuple[Callable[[Dataset, str], list[str]], ...] = (
