@@ -134,17 +134,17 @@ def extremes(
             sizes["force"] = np.hypot(sizes[NORMAL], sizes.pop(ACROSS))
             dims["force"] = dims[NORMAL]
         for name, size in sizes.items():
-            top = np.apply_along_axis(_top, 0, size, order)
-            tops[name] = np.fmax(tops.get(name, np.nan), top)
+            most = np.apply_along_axis(top, 0, size, order)
+            tops[name] = np.fmax(tops.get(name, np.nan), most)
             if name in high:  # the parabola's top is met where the size was largest
-                met = np.where(size == np.fmax.reduce(size, axis=0), top, size)
+                met = np.where(size == np.fmax.reduce(size, axis=0), most, size)
                 values[name] = np.copysign(met, values[name])
         last = np.searchsorted(times, order)
         inside = last < len(times)
         for name, each in high.items():
             np.fmax.at(each, last[inside], values[name][inside])
             np.fmin.at(low[name], last[inside], values[name][inside])
-    made = {name: Out(dims[name], *_named(name)).variable(top) for name, top in tops.items() if np.size(top)}
+    made = {name: Out(dims[name], *_named(name)).variable(most) for name, most in tops.items() if np.size(most)}
     groups = {"LARGEST_QUANTITY": {f"largest_{name}": each for name, each in made.items()}}
     for word, extreme in (("highest", high), ("lowest", low)):
         said = {name: f"{word} {WORDS[name].long_name} since the sample before" for name in extreme}
@@ -155,7 +155,7 @@ def extremes(
     return groups
 
 
-def _top(sizes: np.ndarray, times: np.ndarray) -> float:
+def top(sizes: np.ndarray, times: np.ndarray) -> float:
     """The largest of the sizes, or the top of the parabola through it and both neighbours in one piece.
 
     Between two pieces lies an event, whose two sides have the same time.

@@ -11,6 +11,7 @@ from jointplay.analysis.assessment.edges import HOW, Search, edges
 from jointplay.analysis.assessment.forces import forces
 from jointplay.analysis.assessment.settled import CHANGES, Settled, plan, present
 from jointplay.display.errors import InputError
+from tests.support import unshown
 
 LOOSE = jp.catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
 BRIEF = plan(60, 40, 60, 1e-7, None)
@@ -101,6 +102,33 @@ def test_a_window_narrower_than_a_step_is_met():
     assert edge["edge"][CHANGES.index("doubling")] == pytest.approx(high)
 
 
+def test_a_window_ends_where_the_orbit_is_stable_again():
+    """Doubled over 0.99 % of the clearance, about values looked at that lie 1.003 % apart."""
+    here = present(unshown.TEN["quiet crank-rocker"](), None, BRIEF)
+    ((low, high, _),) = edges(here, "joints.B.clearance", "below", Search(1.05, 0.0025, 1e-3), BRIEF)[
+        "windows"
+    ]
+    assert high / low < 1.01
+    for value in (low, high):
+        orbit = jp.periodic_orbit(here.mechanism.replace(clearance=value), rtol=1e-10)
+        assert float(orbit["floquet_multiplier"][0, 0]) == pytest.approx(-1.0, abs=0.005)
+
+
+def test_what_follows_an_orbit_that_is_not_found_farther_on_says_whether_it_changes():
+    """Of period 2 from 1.0162 to 1.0248 times the clearance, by stick and slip: 0.9 %, a window."""
+    here, key = present(unshown.TEN["quiet crank-rocker"](), None, BRIEF), "joints.B.clearance"
+    found = edges(here, key, "above", search := Search(1.04, 0.0025, 1e-3), BRIEF)
+    assert np.isnan(found["edge"]).all()
+    ((low, high, period),) = found["windows"]
+    assert (low, high) == pytest.approx((1.016 * 4e-5, 1.025 * 4e-5), rel=2e-3)
+    assert period == 2
+    found = edges(here, key, "above", replace(search, lasting=5e-3), BRIEF)
+    low, high = (found[name][CHANGES.index("doubling")] for name in ("low", "high"))
+    assert high - low < 2e-3 * high
+    sweep = jp.bifurcation(here.mechanism, over={key: [low, high]}, turns=20, transient=100, n_jobs=1)
+    assert np.ravel(sweep["period"]).tolist() == [1, 2]
+
+
 def test_an_orbit_that_is_not_found_once_more_is_carried(monkeypatch):
     monkeypatch.setattr(Branch, "first", lambda *_: None)
     found = edges(
@@ -144,6 +172,23 @@ def test_forces_and_losses_are_those_of_other_runs():
     assert found["sliding_work"][0] * LOOSE.joints[2].friction.coefficient == pytest.approx(
         found["friction_loss"][0], rel=1e-3
     )
+
+
+def test_a_rigid_bearing_is_hit_and_its_largest_forces_are_narrow():
+    """Against the list of events, and forces at 131 072 even times of a turn."""
+    rigid = unshown.TEN["rigid slider"]()
+    found = forces(present(rigid, None, BRIEF), 2, BRIEF)
+    recorded = {"record": ("normal_force", "tangential_force", "reaction"), "samples_per_turn": 2**17}
+    turn = jp.words(jp.simulate(rigid, turns=1, transient=100, **recorded))
+    hits = np.abs(turn["event_normal_velocity"].values[turn["event_kind"].values == "impact"])
+    assert found["impact_speed"][0] == pytest.approx(hits.max(), rel=1e-5)
+    assert found["impact_loss"][0] > 0.1 * found["joint_work"]
+    assert found["impact_loss"][0] + found["friction_loss"][0] == pytest.approx(found["joint_work"], rel=1e-4)
+    own = {name: float(turn["reaction"].sel(pin=name).max()) for name in turn["pin"].values}
+    own["B"] = float(np.nanmax(np.hypot(turn["normal_force"], turn["tangential_force"])))
+    for name, peak, error in zip(found["names"], found["peak"], found["peak_error"], strict=True):
+        assert peak == pytest.approx(own[name], rel=1e-3)
+        assert peak == pytest.approx(own[name], abs=error)
 
 
 @pytest.mark.parametrize(

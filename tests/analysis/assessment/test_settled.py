@@ -147,7 +147,7 @@ def history(forces):
 @pytest.mark.parametrize(
     ("forces", "coarse", "error"),
     [
-        ([1, 9, 2, 9, 3, 1], [1, 2, 3], 6.0),  # the halves agree, every second sample misses the largest
+        ([1, 9, 1, 9, 3, 1], [1, 1, 3], 6.0),  # the halves agree, every second sample misses the largest
         ([9, 1, 2, 3, 5, 1], [9, 2, 5], 4.0),  # the samples agree, the halves do not
         ([9, 8, 2, 3, 9, 1], [9, 2, 9], 0.0),
     ],

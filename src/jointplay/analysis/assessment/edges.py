@@ -2,8 +2,9 @@
 
 A periodic motion is followed as an orbit (`branch_walk`): where the orbit first loses or keeps contact, and
 where it loses its stability or ends, a change is enclosed on the orbit itself. Beyond an end the motion that
-follows is settled. If it has the same period it is followed on: a jump to it is no change. If not, as many as
-`BEYOND` motions on the rest of the way, each from the last orbit, say what there is, and where a trait
+follows is settled, and if its period is another one, that at the end of the share over which a change has to
+last. If it has the same period it is followed on: a jump to it is no change. If not, as many as `BEYOND`
+motions on the rest of the way, each from the last orbit, say what there is, and where a trait
 (`settled`) first differs between two of them the step is halved.
 
 A motion without a period is carried from value to value in longer steps. Chaos has to be lasting; where it
@@ -62,6 +63,7 @@ SURE = (
     "period_doubling",
     "neimark_sacker",
 )  # ends of an orbit beyond which there is none of its period nearby
+ENDED = "ended"  # an orbit that is not found farther on, which says nothing of what follows
 BRANCHES = 12  # orbits of one period that are followed, one after another
 
 Spot = tuple[float, Settled]
@@ -308,18 +310,34 @@ def _along_orbits(side: Side, carried: Carried, search: Search, way: int) -> Non
         if kind in SURE and side.changed(here.traits | {"doubling": True}):
             side.change("doubling", inner.value, outer, kind)  # however long the next motion takes to settle
         last = inner.value, replace(here, end=here.end._replace(state=inner.at_start()))
-        beyond = outer * (1 + search.accuracy) ** way
-        if abs(math.log(beyond / begin)) > limit:
-            beyond = outer
-        first = beyond, carried.at(beyond, last[1])
+        first = _behind(side, carried, search, (last, outer, kind), way)
         if first[1].period != here.period:
             break
-        place = branch.first(beyond, first[1].end.state)
-    first = carried.lasting(first) if "chaos" in side.changed(first[1].traits) else first
-    for name in side.changed(first[1].traits):
-        side.change(name, inner.value, outer if name == "doubling" else beyond, kind)
-    side.at(beyond, first[1].traits, first[1].period)
-    _beyond(side, carried, search, first, way, limit - abs(math.log(beyond / begin)))
+        place = branch.first(first[0], first[1].end.state)
+    _beyond(side, carried, search, first, way, limit - abs(math.log(first[0] / begin)))
+
+
+def _behind(side: Side, carried: Carried, search: Search, end: tuple[Spot, float, str], way: int) -> Spot:
+    """The motion behind the end of an orbit: of its period, or at the end of what a change has to last."""
+    last, outer, kind = end
+    begin, limit = float(Parameter(carried.mechanism, carried.key).value), math.log(search.reach)
+    values = [outer * (1 + search.accuracy) ** way, last[0] * (1 + search.lasting) ** way]
+    values = values[: 1 + (search.lasting > search.accuracy)]
+    for value in [each for each in values if abs(math.log(each / begin)) <= limit] or [outer]:
+        spot = value, carried.at(value, last[1])
+        spot = carried.lasting(spot) if "chaos" in side.changed(spot[1].traits) else spot
+        for name in side.changed(spot[1].traits):
+            if last is not end[0]:
+                _halved(side, carried, name, last, spot, search)
+            elif kind == ENDED:
+                side.change(name, last[0], value, "bracketed")
+            else:
+                side.change(name, last[0], outer if name == "doubling" else value, kind)
+        side.at(value, spot[1].traits, spot[1].period)
+        last = spot
+        if spot[1].period == side.here.period:
+            break
+    return last
 
 
 def _along_branch(side: Side, walk: Walk) -> tuple[Place, float, str] | None:
@@ -341,14 +359,17 @@ def _along_branch(side: Side, walk: Walk) -> tuple[Place, float, str] | None:
             if side.changed(here.traits | {"contact_loss": outer.lost}):
                 side.change("contact_loss", inner.value, outer.value, "grazing")
         if left is not None:
+            end = walk.enclosed(lambda middle: middle.stable)[1].value
+            if abs(math.log(end / left[1])) > math.log1p(side.lasting):
+                return left
             if side.changed(here.traits | {"contact_loss": place.lost}):
-                side.change("contact_loss", left[1], place.value, "bracketed")
-            side.windows[left[1]] = *sorted((left[1], place.value), key=abs), 2 * here.period
+                side.change("contact_loss", left[1], end, "bracketed")
+            side.windows[left[1]] = *sorted((left[1], end), key=abs), 2 * here.period
         side.at(place.value, here.traits | {"contact_loss": place.lost}, here.period)
         before, left = place, None
     if left is not None:
         return left
-    return None if walk.ended is None else (before, walk.ended, "bracketed")
+    return None if walk.ended is None else (before, walk.ended, ENDED)
 
 
 def _beyond(side: Side, carried: Carried, search: Search, first: Spot, way: int, rest: float) -> None:

@@ -3,12 +3,14 @@
 Of each joint with clearance, per turn, by the trapezoidal rule over even samples, the integrator's points,
 and both sides of every event:
 
-    loss of impacts    integral of F_n v_n       (what a contact stores, it gives back by the turn's end)
+    loss of impacts    integral of F_n v_n       (what a contact stores, it gives back by the turn's end),
+                       and what impacts of a rigid bearing take at once
     loss of friction   integral of F_t v_t
     sliding work       integral of |F_n v_t|     (to which Archard's wear is proportional)
 
-Peaks are those of these points. An error is the difference to every second sample, together with the scatter
-of the mean over turns, or, of a peak, with the difference of the record's halves. Check: the integrator's
+Peaks are tops of parabolas through the largest of these points and its neighbours. An error is the difference
+to every second sample, together with the scatter of the mean over turns, or, of a peak, with the difference
+of the record's halves. Check: the integrator's
 own integrals of the joints' work, and of the drive's, equal where nothing else takes or gives.
 Reference: Archard, Journal of Applied Physics 24 (1953), for the wear.
 """
@@ -23,8 +25,9 @@ import numpy as np
 
 from jointplay.analysis import rates, rules
 from jointplay.analysis.assessment.settled import CHANGES, Settled, Unsettled
-from jointplay.analysis.contacts import JOINT, KIND, ROW, approach
+from jointplay.analysis.contacts import JOINT, KIND, ROW, TIME, approach
 from jointplay.analysis.quantities import WORDS
+from jointplay.analysis.recorded_spans import top
 from jointplay.analysis.starts import moved
 from jointplay.analysis.sweeps.attractor import Plan
 from jointplay.solver.mechanism.model import Model
@@ -75,16 +78,18 @@ def forces(
     samples, steps = records.samples, records.steps[:, 2:]
     names = FORCES if brief else WANTED
     fine = _history(model, rtol, records, [steps, samples], names)
-    answer = {"names": [*model.joints, *model.pins], "peak": _sizes(fine).max(axis=0)} | _of_motion(motion)
+    peak = np.apply_along_axis(top, 0, _sizes(fine), fine["time"])
+    answer = {"names": [*model.joints, *model.pins], "peak": peak} | _of_motion(motion)
     if model.joints:
         answer["impact_speed"] = _impact_speeds(model, records)
     if brief:
         return answer
     coarse = _history(model, rtol, records, [steps, samples[::2]], names)
     answer["force"] = _shown(fine, times[-1 - per_turn :])
-    answer["peak_error"] = _peak_error(fine, coarse, bounds[-1] / 2)
+    answer["peak_error"] = _peak_error(answer["peak"], fine, coarse, bounds[-1] / 2)
     if model.joints:
-        answer |= _losses(fine, coarse, bounds)
+        hits = _taken_by_hits(records.events, fine, bounds, len(model.joints))
+        answer |= _losses(fine, coarse, bounds, hits)
         answer |= {name: (fine[name][-1] - fine[name][0]) / turns for name in WORK}
     return answer
 
@@ -123,11 +128,11 @@ def _shown(given: History, times: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(wanted, given["time"], each) for each in sizes.T], -1)
 
 
-def _peak_error(fine: History, coarse: History, half: float) -> np.ndarray:
+def _peak_error(peak: np.ndarray, fine: History, coarse: History, half: float) -> np.ndarray:
     """Error of the largest force of each joint."""
     sizes, first = _sizes(fine), fine["time"] <= half
     halves = sizes[first].max(axis=0) - sizes[~first].max(axis=0)
-    return np.maximum(np.abs(halves), sizes.max(axis=0) - _sizes(coarse).max(axis=0))
+    return np.maximum(np.abs(halves), peak - _sizes(coarse).max(axis=0))
 
 
 def _of_motion(motion: Settled) -> dict[str, Any]:
@@ -145,12 +150,23 @@ def _powers(given: History) -> dict[str, np.ndarray]:
     return dict(zip(PER_TURN, values, strict=True))
 
 
-def _losses(fine: History, coarse: History, bounds: np.ndarray) -> dict[str, np.ndarray]:
+def _losses(fine: History, coarse: History, bounds: np.ndarray, hits: np.ndarray) -> dict[str, np.ndarray]:
     """Integrals of each joint with clearance, J per turn, and their errors."""
     answer, less = {}, _powers(coarse)
     for name, power in _powers(fine).items():
-        answer |= _mean(name, _per_turn(fine, power, bounds), _per_turn(coarse, less[name], bounds))
+        both = (_per_turn(fine, power, bounds), _per_turn(coarse, less[name], bounds))
+        answer |= _mean(name, *(each + hits if name == "impact_loss" else each for each in both))
     return answer
+
+
+def _taken_by_hits(events: np.ndarray, given: History, bounds: np.ndarray, joints: int) -> np.ndarray:
+    """Energy that impacts of rigid joints take at once, in each turn, J; shape (turns, joints)."""
+    rows, taken = events[events[:, KIND] == Event.IMPACT], np.zeros((len(bounds) - 1, joints))
+    before, after = (np.searchsorted(given["time"], rows[:, TIME], side) for side in ("left", "right"))
+    work = given["joint_work"][after - 1] - given["joint_work"][before]
+    turn = np.clip(np.searchsorted(bounds, rows[:, TIME]) - 1, 0, len(taken) - 1)
+    np.add.at(taken, (turn, rows[:, JOINT].astype(int)), work)
+    return taken
 
 
 def _mean(name: str, each: np.ndarray, coarse: np.ndarray) -> dict[str, np.ndarray]:
@@ -168,8 +184,8 @@ def _per_turn(given: History, power: np.ndarray, bounds: np.ndarray) -> np.ndarr
 
 
 def _impact_speeds(model: Model, records: Records) -> np.ndarray:
-    """Largest speed at which contact begins in each joint, m/s; 0 where none does."""
-    rows = records.events[records.events[:, KIND] == Event.CONTACT]
+    """Largest speed at which contact begins in each joint, or a rigid one hits, m/s; 0 where none does."""
+    rows = records.events[np.isin(records.events[:, KIND], (Event.CONTACT, Event.IMPACT))]
     if not len(rows):
         return np.zeros(len(model.joints))
     speeds = np.abs(approach(model, records, rows[:, ROW:])[1])
