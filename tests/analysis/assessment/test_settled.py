@@ -107,6 +107,18 @@ def test_beside_a_chaotic_motion_each_is_watched_for_whether_its_chaos_lasts(mon
     assert edge == places[next(each for each in met if places[each] >= 1.2)]
 
 
+def test_behind_an_orbit_what_has_no_period_is_asked_whether_it_is_chaotic(monkeypatch):
+    """Its exponent does not say so in the few turns that a motion is first followed."""
+    monkeypatch.setattr(edges_module, "settled", lambda *_: motion(0, UNSURE))
+    monkeypatch.setattr(edges_module, "lasting", lambda *_: motion(0, CHAOTIC))
+    side = edges_module.Side(here := motion(1), 2e-4)
+    carried = edges_module.Carried(jp.catalog.slider_crank(), "joints.B.clearance", HOW)
+    edges_module._beyond(side, carried, edges_module.Search(2.0, 0.01, 1e-3), (2e-4, here), 1, 0.02)
+    edge, *_, how = side.found["chaos"]
+    assert edges_module.HOW[how] == "bracketed"
+    assert edge == pytest.approx(2e-4, rel=2e-3)
+
+
 def test_forces_of_what_is_not_followed_to_its_end_are_a_status_and_a_word():
     linkage = jp.catalog.chunmei2002(clearance=2.9e-5)
     found = assessed(linkage, None, 1, replace(HOW, max_steps=5))

@@ -225,6 +225,10 @@ class Side:
         """Changes that are met where a motion has such traits, for the first time."""
         return [n for n in CHANGES if not self.found[n][-1] and traits[n] != self.here.traits[n]]
 
+    def unsure(self, motion: Settled) -> bool:
+        """Whether a motion may be the first chaotic one: it has no period, and is asked for longer."""
+        return not (motion.period or self.here.traits["chaos"] or self.found["chaos"][-1])
+
     def returned(self, traits: dict[str, bool]) -> list[str]:
         """Changes behind which a trait is as at present for the first time again."""
         missed = (n for n, found in self.found.items() if found[-1] and math.isnan(found[-2]))
@@ -325,7 +329,7 @@ def _behind(side: Side, carried: Carried, search: Search, end: tuple[Spot, float
     values = values[: 1 + (search.lasting > search.accuracy)]
     for value in [each for each in values if abs(math.log(each / begin)) <= limit] or [outer]:
         spot = value, carried.at(value, last[1])
-        spot = carried.lasting(spot) if "chaos" in side.changed(spot[1].traits) else spot
+        spot = carried.lasting(spot) if side.unsure(spot[1]) else spot
         for name in side.changed(spot[1].traits):
             if last is not end[0]:
                 _halved(side, carried, name, last, spot, search)
@@ -384,7 +388,7 @@ def _beyond(side: Side, carried: Carried, search: Search, first: Spot, way: int,
         if isinstance(motion, Unsettled):
             raise motion
         spot = value, motion
-        if "chaos" in side.changed(motion.traits):
+        if side.unsure(motion):
             spot = carried.lasting(spot)
         for name in side.changed(spot[1].traits):
             _halved(side, carried, name, last, spot, search)
