@@ -10,6 +10,8 @@ if (jointplay.data.live) {
   const PACE = 250; // ms between two pictures of what is being computed
   const PERIODS = ["#7f7f7f", "#0072b2", "#56b4e9", "#f0d84a", "#5b0f4f"]; // those beyond 4 have the last colour
   const LOST = "#000000";
+  const GRADES = ["#2ca02c26", "#f0d84a40", "#e6790040", "#c0202040"]; // of the ground behind curves, over any theme
+  const SAMPLES = 1024; // of a turn in which largest forces are looked for
   const AXES = ["", "-second"]; // ends of the fields' names
   let tools = null; // of the live page: its parameters, values and solvers
   let parameters = [];
@@ -85,7 +87,7 @@ if (jointplay.data.live) {
     const left = shares();
     const all = left.reduce((sum, { list }) => sum + list.length, 0);
     const [key, across] = [asked.axes[0].key, isMap() ? asked.axes[1].key : null];
-    const task = { what: "scan", values: { ...tools.held }, key, across, transient: asked.transient, kept: KEPT };
+    const task = { what: "scan", values: { ...tools.held }, key, across, transient: asked.transient, kept: KEPT, samples: SAMPLES };
     const next = (worker) => { if (left.length) worker.postMessage({ ...task, ...left.shift() }); };
     running = Array.from({ length: Math.min(4, navigator.hardwareConcurrency || 2, left.length) }, () => {
       const worker = tools.solver((answer) => (answer.what === "scan" ? next(worker) : answered(answer, all, began)));
@@ -148,16 +150,64 @@ if (jointplay.data.live) {
 
   function drawPoints(x) {
     const [xs, ys] = [[], []];
-    rows.forEach((row) => row.section.forEach((point) => {
+    rows.forEach((row) => tools.placed(row).forEach((point) => {
       xs.push(row.value * x.factor);
-      ys.push(tools.place(point)[0]);
+      ys.push(point[0]);
     }));
-    chart = plots.chart(field("canvas"), { x: x.ends, y: plots.span(ys), log: x.log, aspect: 0.45, xLabel: x.label, yLabel: tools.words()[0] });
+    chart = plots.chart(field("canvas"), { x: x.ends, y: plots.span(ys), log: x.log, aspect: 0.45, xLabel: x.label, yLabel: tools.view().section.words[0] });
     plots.dots(chart, xs, ys, xs.length, "--accent", 1.5);
+    drawHardness(x);
+  }
+
+  // What a row says of the joint that is looked at, or of all; and its grade.
+  function hardness(row) {
+    const joint = tools.view().name;
+    const of = (table) => (table ? table[joint] ?? Math.max(...Object.values(table)) : NaN);
+    const merged = (name) => row.largest.reduce((found, each) => {
+      Object.entries(each[name]).forEach(([key, value]) => { found[key] = Math.max(found[key] || 0, value); });
+      return found;
+    }, {});
+    const [force, speed] = [merged("force"), merged("speed")];
+    const separations = Object.fromEntries(row.apart.map((each) => [each, 1]));
+    const { grade } = verdict.graded({ separations, force, speed, ideal: row.ideal }, tools.limits);
+    return { force: of(force), ideal: of(row.ideal), speed: 1e3 * of(speed), grade };
+  }
+
+  // Largest force and impact speed over the slider, the grade behind them.
+  function drawHardness(x) {
+    const done = rows.filter((row) => row.largest).sort((a, b) => a.value - b.value);
+    const found = done.map(hardness);
+    field("hardness").hidden = !found.some((each) => Number.isFinite(each.force));
+    if (field("hardness").hidden) return;
+    const xs = done.map((row) => row.value * x.factor);
+    const joint = tools.view().circle ? ` at ${tools.view().name}` : "";
+    [["force", [["ideal", "--warm"], ["force", "--accent"]], `Largest force${joint} (N)`], ["speed", [["speed", "--accent"]], `Impact speed${joint} (mm/s)`]].forEach(([name, curves, yLabel]) => {
+      const all = curves.flatMap(([key]) => found.map((each) => each[key])).filter(Number.isFinite);
+      const drawn = plots.chart(field(name), { x: x.ends, y: plots.span([0, ...all]), log: x.log, xLabel: x.label, yLabel });
+      grounds(drawn, xs, found.map((each) => each.grade));
+      curves.forEach(([key, colour]) => {
+        plots.line(drawn, xs, found.map((each) => each[key]), colour, 1);
+        plots.dots(drawn, xs, found.map((each) => each[key]), xs.length, colour, 3);
+      });
+      plots.upright(drawn, tools.held[asked.axes[0].key] * x.factor, "--warm");
+    });
+  }
+
+  // The grade of each value, as the colour of the ground up to halfway to its neighbours, which are known.
+  function grounds(drawn, xs, grades) {
+    plots.clipped(drawn, (pen) => grades.forEach((grade, i) => {
+      const [before, here, after] = [i - 1, i, i + 1].map((k) => drawn.px(xs[Math.max(0, Math.min(xs.length - 1, k))]));
+      const half = (drawn.right - drawn.left) / (asked.count - 1) / 2 + 0.5;
+      const [left, right] = [Math.max((before + here) / 2, here - half), Math.min((here + after) / 2, here + half)];
+      pen.fillStyle = GRADES[tools.limits.names.indexOf(grade)] || "transparent";
+      pen.fillRect(left, drawn.top, right - left, drawn.bottom - drawn.top);
+    }));
   }
 
   function legend() {
     field("legend").hidden = !isMap();
+    field("hardness").hidden = isMap() || field("hardness").hidden;
+    [...field("hardness").querySelectorAll("b")].forEach((mark, i) => { mark.style.color = GRADES[i].slice(0, 7); });
     [...PERIODS.slice(1), PERIODS[0], LOST].forEach((colour, i) => { field("legend").children[i].style.color = colour; });
   }
 
@@ -166,7 +216,7 @@ if (jointplay.data.live) {
     const width = (chart.right - chart.left) / (asked.count - 1);
     const height = (chart.bottom - chart.top) / (asked.count - 1);
     plots.clipped(chart, (pen) => rows.forEach((row) => {
-      if (row.period === undefined) row.period = row.status ? -1 : verdict.period(row.section.map(tools.place), tools.tolerance(row));
+      if (row.period === undefined) row.period = row.status ? -1 : verdict.period(tools.placed(row), tools.tolerance(row));
       pen.fillStyle = row.period < 0 ? LOST : PERIODS[Math.min(row.period, PERIODS.length - 1)];
       pen.fillRect(chart.px(row.value * x.factor) - width / 2, chart.py(row.across * y.factor) - height / 2, width + 0.5, height + 0.5);
     }));

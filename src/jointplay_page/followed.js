@@ -4,40 +4,60 @@
 const followed = (() => {
   const POINTS = 4096; // of the section: the last ones
   const MOST = 4000; // turns after which it rests
+  const SAMPLES = 1024; // of a turn, where largest forces are looked for: in all that decide a verdict
 
   // `view` and `clearance` give what is looked at, and the clearance there as it is.
-  function made({ view, clearance, contacts }) {
+  function made({ view, clearance, contacts, limits }) {
     const rows = [];
     const growth = new Float64Array(MOST);
     let count = 0;
     let seen = fresh();
+    let ideal = null; // largest forces without clearance
 
     function fresh() {
       const none = Object.fromEntries(contacts.map((name) => [name, 0]));
-      return { turns: 0, counted: 0, status: "", growth, separations: none, points: [], tolerance: 1, told: "" };
+      return { turns: 0, counted: 0, status: "", growth, separations: none, force: {}, speed: {}, points: [], tolerance: 1, told: "" };
+    }
+
+    // Begin to count anew: what was before had not settled.
+    function recount() {
+      Object.assign(seen, { ...fresh(), turns: seen.turns, told: seen.told });
     }
 
     // Everything that was found belongs to other values now.
     function renew() {
       seen = fresh();
       count = 0;
-      tell();
+      jointplay.element("live-verdict").dataset.turns = 0;
     }
 
     // Turns that were followed; whether the motion has settled with them, from where the section begins anew.
     function add(answer) {
       let settled = false;
       answer.growth.forEach((each, i) => {
+        if (seen.turns === verdict.BEGUN || seen.turns === verdict.SETTLE) recount();
         if (seen.turns === verdict.SETTLE) [count, settled] = [0, true];
         answer.section[i].forEach((row) => { rows[count++ % POINTS] = row; });
         seen.turns += 1;
-        if (seen.turns <= verdict.SETTLE) return;
         growth[seen.counted++] = each;
         answer.apart[i].forEach((joint) => { seen.separations[joint] = (seen.separations[joint] || 0) + 1; });
+        raise(answer.largest[i]);
       });
       ended(answer.status);
       draw();
       return settled;
+    }
+
+    function raise(largest) {
+      ["force", "speed"].forEach((name) => Object.entries(largest[name]).forEach(([joint, value]) => {
+        seen[name][joint] = Math.max(seen[name][joint] || 0, value);
+      }));
+    }
+
+    // Largest forces of the same mechanism without clearance, where they are known.
+    function beside(force) {
+      ideal = force;
+      tell();
     }
 
     function ended(status) {
@@ -45,8 +65,9 @@ const followed = (() => {
       tell();
     }
 
-    function place(row) {
-      return view().section.columns.map((column, k) => row[column] * view().section.factors[k]);
+    // A point of the section in the units of its picture: in a bearing of clearances, by default the present one.
+    function place(row, size = view().circle ? clearance() : 1) {
+      return view().section.columns.map((column) => row[column] / size);
     }
 
     function lately() {
@@ -55,14 +76,21 @@ const followed = (() => {
     }
 
     function tell() {
+      if (!seen.turns && !seen.status) return; // what was said before stands until there is more to say
       seen.points = count ? lately() : [];
       seen.tolerance = 1e-4 * extent();
-      const words = verdict.words(seen);
+      const judged = { ...seen, ideal };
+      const words = verdict.words(judged, limits);
+      const { grade, strained, fastest } = verdict.graded(judged, limits);
+      jointplay.element("live-verdict").dataset.grade = grade;
       if (words === seen.told) return;
-      if (words.split(/[:;.]/)[0] !== seen.told.split(/[:;.]/)[0]) jointplay.say(words); // numbers alone are not read aloud
+      const unlike = (told) => told.replace(/[\d.]+/g, ""); // numbers alone are not read aloud
+      if (unlike(words) !== unlike(jointplay.element("live-verdict").textContent)) jointplay.say(words);
       seen.told = words;
       jointplay.element("live-verdict").textContent = words;
       jointplay.element("live-verdict").dataset.turns = seen.turns;
+      const short = [grade || "no grade yet", strained && `${verdict.number(seen.force[strained])} N`, fastest > 0 && verdict.speedText(fastest)];
+      jointplay.element("live-short").textContent = short.filter(Boolean).join(", ");
     }
 
     function spanned(points) {
@@ -71,25 +99,28 @@ const followed = (() => {
     }
 
     // A size of the section by which points are told apart: of a bearing its clearance, else what they span.
-    function extent() {
-      return view().circle ? clearance() * view().section.factors[0] : spanned(seen.points);
+    function extent(points = seen.points) {
+      return view().circle ? 1 : spanned(points);
     }
 
-    // The same of points of a map, whose clearance may be another.
-    function tolerance({ value, across, section }) {
+    // The value of the bearing's clearance in a row of a diagram or map.
+    function sizeOf({ value, across }) {
       const { axes } = jointplay.diagram.asked();
       const own = [value, across][axes.findIndex(({ key }) => key === view().clearance)];
-      if (view().circle) return 1e-4 * view().section.factors[0] * (own || clearance());
-      return 1e-4 * spanned(section.map(place));
+      return view().circle ? own || clearance() : 1;
     }
 
+    const placed = (row) => row.section.map((point) => place(point, sizeOf(row)));
+    const tolerance = (row) => 1e-4 * extent(placed(row));
+
     function draw() {
-      pictures.section(rows.slice(0, Math.min(count, POINTS)).map(place), view(), 0.01 * extent());
+      pictures.section(rows.slice(0, Math.min(count, POINTS)).map((row) => place(row)), view(), 0.01 * extent());
       const drawn = count > POINTS ? `, the last ${POINTS} drawn` : "";
       jointplay.element("live-points").textContent = `${count} section points${drawn}`;
     }
 
-    return { add, draw, ended, place, renew, tolerance, turns: () => seen.turns, status: () => seen.status };
+    const samples = () => (seen.turns < verdict.SETTLE + verdict.LOOKED_AT ? SAMPLES : 0);
+    return { add, beside, draw, ended, placed, renew, samples, tolerance, turns: () => seen.turns, status: () => seen.status };
   }
 
   return { MOST, made };

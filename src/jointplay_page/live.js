@@ -18,14 +18,14 @@ if (jointplay.data.live) {
   let next = null; // the turn after the one that is watched
   let playing = true;
   let last = 0; // time of the last frame
-  let busy = true;
+  let open = 1; // questions to the solver that it has not answered
   let joined = true; // the watched motion is where the settled one is
   let stamp = 0;
   let written = null; // timer of the address
 
   live.views.forEach((each, number) => { each.section.columns = [2 * number, 2 * number + 1]; }); // of a section's rows
   const clearance = () => held[view.clearance] || view.circle;
-  const ahead = followed.made({ view: () => view, clearance, contacts: live.solver.joints });
+  const ahead = followed.made({ view: () => view, clearance, contacts: live.solver.joints, limits: live.limits });
   const turn = watched.made({ scene: live.scene, view: () => view, clearance });
 
   // ---- the worker
@@ -46,12 +46,12 @@ if (jointplay.data.live) {
   const worker = solver(answered);
 
   function ask(what, more) {
-    busy = true;
+    open += 1;
     worker.postMessage({ what, stamp, ...more });
   }
 
   function answered(answer) {
-    busy = false;
+    open -= 1;
     if (answer.what === "trouble") say(`The solver in this page cannot go on: ${answer.words}`);
     else if (answer.what === "begin") begin(answer.parameters);
     else if (answer.what === "set") refused(answer.refused);
@@ -67,6 +67,7 @@ if (jointplay.data.live) {
     },
     without(answer) {
       turn.beside({ ...answer, stamp, view });
+      ahead.beside(answer.force);
     },
     on(answer) {
       if (ahead.add(answer)) joined = false;
@@ -97,7 +98,7 @@ if (jointplay.data.live) {
     parameters.forEach((each) => { nominal[each.key] = held[each.key] = each.value; });
     parameters.forEach((each) => sliders.show(each, held));
     read(jointplay.view);
-    jointplay.diagram.begin(parameters, { solver, held, wish, place: ahead.place, tolerance: ahead.tolerance, words: () => view.section.words });
+    jointplay.diagram.begin(parameters, { solver, held, wish, placed: ahead.placed, tolerance: ahead.tolerance, view: () => view, limits: live.limits });
     element("live").dataset.ready = "yes";
     requestAnimationFrame(frame);
   }
@@ -107,6 +108,7 @@ if (jointplay.data.live) {
     element(`live-${key}-refused`).textContent = "";
   }
 
+  // The values that are asked for, and at once what follows from them, so that a verdict moves with the slider.
   function send() {
     Object.entries(pending).forEach(([key, value]) => {
       held[key] = value;
@@ -116,6 +118,9 @@ if (jointplay.data.live) {
     });
     renew();
     ask("set", { values: { ...sent } });
+    askIdeal();
+    askTurn();
+    askOn();
   }
 
   function refused(words) {
@@ -167,6 +172,7 @@ if (jointplay.data.live) {
     turn.forget();
     if (element("live-view")) element("live-view").value = view.name;
     ahead.draw();
+    jointplay.diagram.draw();
   }
 
   // ---- frames
@@ -177,19 +183,29 @@ if (jointplay.data.live) {
     const passed = Math.min(0.1, (moment - last) / 1000);
     last = moment;
     if (playing && turn.shows() && turn.passed(passed, next)) next = null;
-    if (!busy) work();
+    if (!open) work();
   }
 
   // One thing a frame: what a person waits for first.
   function work() {
-    const wanted = [...view.orbit, view.force];
     if (Object.keys(pending).length) send();
     else if (ahead.status()) return;
-    else if (!turn.holds(stamp) || (!next && playing)) {
-      ask("turn", { wanted, samples: SAMPLES, join: !joined });
-      joined = true;
-    } else if (view.ideal && live.ideal && !turn.hasBeside(stamp)) ask("without", { wanted: [view.ideal], samples: SAMPLES });
-    else if (ahead.turns() < followed.MOST && !jointplay.diagram.computes()) ask("on", { budget: BUDGET, most: followed.MOST - ahead.turns() });
+    else if (live.ideal && !turn.hasBeside(stamp)) askIdeal();
+    else if (!turn.holds(stamp) || (!next && playing)) askTurn();
+    else if (ahead.turns() < followed.MOST && !jointplay.diagram.computes()) askOn();
+  }
+
+  function askTurn() {
+    ask("turn", { wanted: [...view.orbit, view.force], samples: SAMPLES, join: !joined });
+    joined = true;
+  }
+
+  function askIdeal() {
+    if (live.ideal) ask("without", { wanted: view.ideal ? [view.ideal] : [], samples: SAMPLES });
+  }
+
+  function askOn() {
+    ask("on", { budget: BUDGET, most: followed.MOST - ahead.turns(), samples: ahead.samples() });
   }
 
   function play() {
@@ -199,7 +215,7 @@ if (jointplay.data.live) {
 
   function restart() {
     parameters.forEach((each) => wish(each.key, nominal[each.key]));
-    worker.postMessage({ what: "reset", stamp });
+    ask("reset");
   }
 
   element("live-play").addEventListener("click", play);

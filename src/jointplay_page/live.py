@@ -12,17 +12,20 @@ from typing import Any
 
 from jointplay import figures
 from jointplay.display.errors import InputError
+from jointplay.display.number_text import plain
 from jointplay.display.units import measure
+from jointplay.solver.mechanism.base import GROUND
 from jointplay.solver.mechanism.records import CrankAngle, Joint, Mechanism, TestSystem
 from jointplay.study import toml_text
 from jointplay.study.results.store import write_figure
 from jointplay_page import moving, template, texts
-from jointplay_page.script.solver import Solver, solver
+from jointplay_page.script.solver import LIMITS, Solver, solver
 
 FIRST = ("clearance", "gear_ratio", "speed", "friction", "length", "stiffness", "damping")  # seen at once
 MOST = 8
 TURNS = 50  # of the study that a page gives
-RTOL = 1e-6  # of the page's motions: as those of a coarse study
+RTOL = 1e-7  # of the page's motions: exponents of orbits within 1e-4, forces within 1 % (tests/script)
+BARS = {4: "Four-bar linkage", 6: "Six-bar linkage"}
 
 
 def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str, Any] | None, str]:
@@ -42,10 +45,12 @@ def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str
     keys = [each["key"] for each in made.data["parameters"]]
     linkage = isinstance(mechanism, Mechanism)
     found = {
+        "heading": heading(mechanism),
         "text": f"{made.text}\n{template.own('worker.js')}",
         "solver": made.data,
         "ideal": None,
         "scene": moving.scene(mechanism) if linkage else None,
+        "limits": LIMITS,
         "views": views(mechanism, made.data["state"]),
         "first": [key for word in FIRST for key in keys if key.split(".")[0] == word][:MOST] or keys[:MOST],
         "paths": (paths := paths_of(mechanism, made.data["parameters"])),
@@ -88,7 +93,7 @@ def of_bearing(joint: Joint) -> dict[str, Any]:
     """Return the view of a bearing: the journal in it, the force, the section of the journal's motion."""
     name = joint.name
     journal = [["journal_x", name], ["journal_y", name]]
-    words = [f"Journal in {name}, x (µm)", "y (µm)"]
+    words = [f"Journal in {name}, x (clearances)", "y (clearances)"]
     return {
         "name": name,
         "orbit": journal,
@@ -97,7 +102,7 @@ def of_bearing(joint: Joint) -> dict[str, Any]:
         "words": ["", "", f"Force at {name} (N)"],
         "circle": joint.clearance,
         "clearance": f"clearance.{name}",
-        "section": {"of": journal, "factors": [1e6, 1e6], "words": words},
+        "section": {"of": journal, "words": words},
     }
 
 
@@ -110,7 +115,7 @@ def of_plane(mechanism: Mechanism | TestSystem, states: list[str]) -> dict[str, 
         link = mechanism.links[-1].name
         pair = [["angle", link], ["angular_velocity", link]]
         names = [f"Angle of {link} (rad)", f"Speed of {link} (rad/s)"]
-    section = {"of": pair, "factors": [1, 1], "words": names}
+    section = {"of": pair, "words": names}
     plane = {"name": mechanism.name, "orbit": pair, "force": pair[0], "ideal": None, "circle": None}
     return plane | {"words": [*names, names[0]], "section": section}
 
@@ -154,8 +159,12 @@ def section(found: dict[str, Any]) -> str:
     """Return the place of a page where it computes."""
     circle = found["views"][0]["circle"]
     choice = "".join(f"<option>{escape(each['name'])}</option>" for each in found["views"])
-    several = f'<label>bearing <select id="live-view">{choice}</select></label>'
-    ideal = "; the second curve is the same mechanism without clearance" if found["ideal"] else ""
+    several = f'<label>Bearing <select id="live-view">{choice}</select></label>'
+    second = "; the second curve is the same mechanism without clearance"
+    ideal = second if found["ideal"] else ""
+    marks = "".join(
+        f"<li>{escape(grade)}: {escape(words)}</li>" for grade, words in LIMITS["meaning"].items()
+    )
     return Template(template.own("live.html")).substitute(
         linkage='<canvas id="live-linkage" role="img" aria-label="The mechanism in motion"></canvas>'
         if found["scene"]
@@ -165,13 +174,42 @@ def section(found: dict[str, Any]) -> str:
         if circle
         else "Phase plane",
         force=f"Over the turn{ideal}",
+        strain=f"Largest force{ideal}",
+        grades=f"<ul>{marks}</ul>" if found["scene"] else "",
+        rtol=plain(RTOL, 1),
         file=escape(found["file"]),
         command=texts.copied("live-command", ""),
         study=texts.copied("live-study", found["study"]),
     )
 
 
-def page(mechanism: Mechanism | TestSystem) -> str:
+def heading(mechanism: Mechanism | TestSystem) -> str:
+    """Return what a mechanism is, in a few words."""
+    if isinstance(mechanism, TestSystem):
+        return mechanism.name.replace("_", " ").capitalize()
+    bars, sliding = len(mechanism.links) + 1, [joint for joint in mechanism.joints if joint.prismatic]
+    kind = BARS.get(bars, f"Linkage of {bars} links")
+    if (bars, len(mechanism.joints), len(sliding)) == (4, 4, 1) and sliding[0].bearing.link == GROUND:
+        kind = "Slider-crank"
+    loose = [joint.name for joint in mechanism.clearance_joints]
+    where = f"joint{'s' * (len(loose) > 1)} {' and '.join(loose)}"
+    return f"{kind} with clearance at {where}" if loose else f"{kind} with ideal joints"
+
+
+def about(mechanism: Mechanism | TestSystem, computes: bool) -> str:
+    """Return what a page of a mechanism shows, in words."""
+    given = []
+    if isinstance(mechanism, Mechanism):
+        loose = ((measure(joint.clearance, "m"), joint.name) for joint in mechanism.clearance_joints)
+        given = [f"{size} of clearance at joint {name}" for size, name in loose]
+        given += [mechanism.drive.description] if mechanism.drive else []
+    start = f"At the start: {'; '.join(given)}. " if given else ""
+    asks = "whether a joint rattles, and how hard" if "clearance" in start else "what becomes of it"
+    how = f"The motion is computed in this page: move a slider, and see {asks}." if computes else ""
+    return f"{start}{how}".strip()
+
+
+def page(mechanism: Mechanism | TestSystem, title: str = "") -> str:
     """Return the HTML of a page of a mechanism alone."""
     found, why = live(mechanism, [])
     still = ""
@@ -180,9 +218,9 @@ def page(mechanism: Mechanism | TestSystem) -> str:
             still = template.picture(write_figure(figures.draw(mechanism), Path(folder) / "mechanism.png"))
     data = {"live": found, "cells": None, "motion": None, "panels": []}
     return template.filled(
-        mechanism.name,
+        title or heading(mechanism),
         data,
-        kind="A mechanism; its motion is computed in this page",
+        kind=escape(about(mechanism, bool(found))),
         still=still,
         shown="" if found else f"<p>{escape(why)}</p>{still}",
         live=section(found) if found else "",

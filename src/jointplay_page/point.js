@@ -79,8 +79,8 @@ if (jointplay.data.live && jointplay.data.cells) {
 
   // In a bearing both ways to one scale, with the clearance circle.
   function path(canvas, view, xs, ys) {
-    const [factor] = view.section.factors;
-    const scaled = (all) => all.map((each) => each.map((value) => value * factor));
+    const clearance = view.circle ? shown.values[view.clearance] || view.circle : 1;
+    const scaled = (all) => all.map((each) => each.map((value) => value / clearance));
     const [x, y] = [scaled(xs), scaled(ys)];
     const flat = (all) => all.flatMap((each) => [...each]);
     const [xLabel, yLabel] = view.section.words;
@@ -89,11 +89,10 @@ if (jointplay.data.live && jointplay.data.cells) {
       x.forEach((each, way) => plots.line(chart, each, y[way], shown.colours[way]));
       return;
     }
-    const clearance = (shown.values[view.clearance] || view.circle) * factor;
-    const reach = 1.08 * [...flat(x), ...flat(y)].reduce((most, each) => Math.max(most, Math.abs(each)), clearance);
+    const reach = 1.08 * [...flat(x), ...flat(y)].reduce((most, each) => Math.max(most, Math.abs(each)), 1);
     const chart = plots.chart(canvas, { x: [-reach, reach], y: [-reach, reach], xLabel, yLabel, aspect: plots.square(canvas) });
     const round = Array.from({ length: 181 }, (_, i) => (i * Math.PI) / 90);
-    plots.line(chart, round.map((at) => clearance * Math.cos(at)), round.map((at) => clearance * Math.sin(at)), "--faint", 1);
+    plots.line(chart, round.map(Math.cos), round.map(Math.sin), "--faint", 1);
     x.forEach((each, way) => plots.line(chart, each, y[way], shown.colours[way]));
   }
 

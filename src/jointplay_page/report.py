@@ -17,6 +17,7 @@ from jointplay.display.errors import InputError, of_a_result, refuse
 from jointplay.display.units import measure
 from jointplay.figures.registry import suited_to
 from jointplay.jobs.files import replaced
+from jointplay.kinds import KINDS
 from jointplay.solver.mechanism.base import accepts
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.mechanism.signature import checked
@@ -67,6 +68,7 @@ def report(
     path: Annotated[Path | str, accepts("the name of a file that ends in .html")],
     *,
     mechanism: Annotated[Mechanism | None, accepts("a mechanism")] = None,
+    title: Annotated[str | None, accepts("a text")] = None,
 ) -> list[Path]:
     """Write a result as one HTML page that needs no network, and its picture as a PNG file.
 
@@ -80,6 +82,8 @@ def report(
     mechanism : Mechanism, optional
         What moves, where the result does not hold its study; a response that recorded ``angle`` is shown in
         motion.
+    title : str, optional
+        Of the page; by default that of the result, or what the mechanism is.
 
     Returns
     -------
@@ -103,9 +107,9 @@ def report(
         raise refuse(str(path), "a name that ends in .html is accepted", "--out")
     if isinstance(dataset, Mechanism | TestSystem):
         check_writable(path.parent, files=[path.name])
-        return [written(path, live.page(dataset))]
+        return [written(path, live.page(dataset, title or ""))]
     with of_a_result(dataset):
-        return _report(dataset, path, mechanism)
+        return _report(dataset.assign_attrs({"title": title} if title else {}), path, mechanism)
 
 
 def _report(dataset: Dataset, path: Path, mechanism: Mechanism | None) -> list[Path]:
@@ -190,17 +194,23 @@ def html(content: Any, answer: Summary, *still: Path) -> str:
         for number, figure in enumerate(content.figures.values())
         for panel in charts.panels(figure, content.dataset, known)
     ]
+    drawn = "".join(map(section, range(len(content.svgs)), content.svgs, content.svgs.values()))
+    computing = live.section(content.live) if content.live else ""
+    numbers = texts.numbers(content.dataset, sweep_points.parameters(content.dataset))
+    first = content.dataset.attrs.get("kind") == "assess"  # its verdict moves with the sliders
+    table = KINDS["assess"].outputs.table
+    whole = f"<pre>{escape(table(content.dataset))}</pre>" if first else ""
     return template.filled(
-        str(content.dataset.attrs.get("title") or answer.title),
+        str(content.dataset.attrs.get("title") or (content.live or {}).get("heading") or answer.title),
         data,
         kind=escape(answer.title),
         answer=escape("\n".join(answer.lines)),
         still="".join(map(template.picture, still)),
-        live=live.section(content.live) if content.live else "",
-        shown="".join(map(section, range(len(content.svgs)), content.svgs, content.svgs.values())),
+        live="" if first else computing,
+        shown=computing + drawn if first else drawn,
         cell=cell_section(content),
         motion=motion_section(content),
-        numbers=texts.numbers(content.dataset, sweep_points.parameters(content.dataset)),
+        numbers=whole + f"<details><summary>All numbers</summary>{numbers}</details>" if first else numbers,
         origin=texts.origin(content.origin),
     )
 

@@ -45,8 +45,11 @@ const sliders = (() => {
 
   function show(parameter, held) {
     const { key, factor } = parameter;
-    document.getElementById("live-" + key).value = along(parameter, held[key]);
-    document.getElementById(`live-${key}-exact`).value = Number((held[key] * factor).toPrecision(6));
+    const range = document.getElementById("live-" + key);
+    const shown = Number((held[key] * factor).toPrecision(6));
+    range.value = along(parameter, held[key]);
+    range.setAttribute("aria-valuetext", `${shown} ${parameter.unit}`.trim());
+    document.getElementById(`live-${key}-exact`).value = shown;
     document.getElementById(`live-${key}-end`).textContent = atEnd(parameter, held[key]);
   }
 

@@ -16,6 +16,7 @@ const stage = (() => {
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.clearRect(0, 0, width, height);
     pen.font = "12px system-ui, sans-serif";
+    [pen.textAlign, pen.textBaseline] = ["start", "alphabetic"];
     return [pen, width, height];
   }
 
@@ -54,6 +55,38 @@ const stage = (() => {
     return box;
   }
 
+  const AROUND = [1, 3, 7, 5, 2, 0, 6, 4].map((i) => [Math.cos((i * Math.PI) / 4), -Math.sin((i * Math.PI) / 4)]); // of labels
+  const APART = 18; // px of a name from its pin
+  const NEEDED = 10; // px around it
+
+  function distance([px, py], [[ax, ay], [bx, by]]) {
+    const [dx, dy] = [bx - ax, by - ay];
+    const share = Math.max(0, Math.min(1, ((px - ax) * dx + (py - ay) * dy) / (dx * dx + dy * dy || 1)));
+    return Math.hypot(px - ax - share * dx, py - ay - share * dy);
+  }
+
+  // The place of each pin's name beside it: where it was, unless a link, a pin, another name or an edge is in its way.
+  function names(canvas, scene, put, at, [width, height]) {
+    const links = scene.links.flatMap((link) => link.along.slice(1).map((s, i) => [link.along[i], s].map((each) => put(pointAt(link, each, at)))));
+    const pins = scene.pins.map((pin) => put(pinAt(scene, pin.block || pin, at)));
+    const places = [];
+    canvas.names = scene.pins.map((pin, k) => {
+      const far = APART + (pin.point ? 3 : 0) + (pin.block && pin.sizes ? scene.scale * pin.sizes[1] : 0);
+      const spot = (way) => pins[k].map((each, axis) => each + far * AROUND[way][axis]);
+      const room = (way) => {
+        const [x, y] = spot(way);
+        const others = [...places, ...pins.filter((_, j) => j !== k)].map((other) => Math.hypot(other[0] - x, other[1] - y) - 5);
+        return Math.min(...links.map((each) => distance([x, y], each)), ...others, x, width - x, y, height - y);
+      };
+      const before = canvas.names ? canvas.names[k] : 0;
+      const rooms = AROUND.map((_, way) => Math.min(NEEDED, room(way)));
+      const way = rooms[before] < NEEDED ? rooms.indexOf(Math.max(...rooms)) : before;
+      places.push(spot(way));
+      return way;
+    });
+    return places;
+  }
+
   function linkage(canvas, scene, box, at) {
     const [pen, width, height] = clear(canvas);
     const scale = 0.86 * Math.min(width / (box[1] - box[0] || 1), height / (box[3] - box[2] || 1));
@@ -76,9 +109,10 @@ const stage = (() => {
       pen.lineWidth = 1.5;
       circle(pen, x, y, 5, true);
       if (pin.point) pen.strokeRect(x - 9, y - 9, 18, 18);
-      pen.fillStyle = colour("--ink");
-      pen.fillText(pin.name, x + 9, y - 9);
     });
+    pen.fillStyle = colour("--ink");
+    [pen.textAlign, pen.textBaseline] = ["center", "middle"];
+    names(canvas, { ...scene, scale }, put, at, [width, height]).forEach((place, k) => pen.fillText(scene.pins[k].name, ...place));
   }
 
   // Direction of a guide, or of the line of its block.
@@ -120,8 +154,6 @@ const stage = (() => {
     pen.globalAlpha = 1;
     pen.strokeRect(-long, -high, 2 * long, 2 * high);
     pen.restore();
-    pen.fillStyle = colour("--ink");
-    pen.fillText(pin.name, x + 9, y + high + 16); // below: a bearing's name is above
   }
 
   // A bearing has the `journal` in it (x, y of every sample, in clearances) and, where known, its `force` and `reach`;

@@ -15,14 +15,17 @@ from jointplay.display.terminal import Progress
 )
 def report_result(arguments: Namespace) -> int:
     """Write a stored result, or a mechanism, as one HTML page that computes, and needs no network."""
-    from jointplay.study.file import moving_of
+    from jointplay.study.file import moving_of, title_of
     from jointplay.study.results.store import open_result
     from jointplay_page.report import report
 
     given = Path(arguments.result)
     target = Path(arguments.out or given.with_suffix(".html"))
     with Progress(target.name):  # clicked points are computed: that may compile
-        paths = report((moving_of if given.suffix == ".toml" else open_result)(given), target)
+        if given.suffix == ".toml":
+            paths = report(moving_of(given), target, title=title_of(given))
+        else:
+            paths = report(open_result(given), target)
     for path in paths:
         say(f"written {path}")
     return DONE

@@ -1,11 +1,13 @@
 "use strict";
-// What a motion is, in words, by rules that the page states: period, separations per turn, largest exponent.
+// What a motion is, in words, by rules that the page states: its grade, as an assessment gives it, its period, its
+// largest exponent.
 
 const verdict = (() => {
   const SETTLE = 50; // turns after a change that count for nothing
   const LOOKED_AT = 64; // last turns in which a motion must repeat
   const REPEATS = 4; // a period is believed where they hold it this often
   const BATCHES = 40;
+  const BEGUN = 10; // turns after a change that a first verdict leaves out, where there are more
   const ERRORS = 3; // standard errors by which an exponent must differ from 0
   const VANISHED = "largest exponent −∞: where the joint sticks, every small difference vanishes";
   const FOLLOWING = 2 / Math.sqrt(BATCHES); // correlation of batch means from which their error is too small, and widened
@@ -46,31 +48,63 @@ const verdict = (() => {
     return `${mean < 0 ? "−" : "+"}${Math.abs(mean).toFixed(places)} ± ${least.toFixed(places)}`;
   }
 
-  function kind(repeats, found) {
-    if (repeats) return repeats === 1 ? "repeats every turn" : `repeats every ${repeats} turns`;
-    if (found && found.mean > ERRORS * found.wide) return "chaotic";
-    if (found && found.mean < -ERRORS * found.wide) return "still settling";
-    return "undecided: follow more turns";
+  // Of a table of numbers, the key and value of the largest.
+  function most(table) {
+    return Object.entries(table).reduce((found, each) => (each[1] > found[1] ? each : found), ["", -Infinity]);
   }
 
-  // seen: turns since the change, status, points of the last turns, growth of each counted turn, separations.
-  function words(seen) {
+  // How hard the mechanism is worked, by the limits of an assessment: the grade, the joint that hits hardest, and the
+  // one whose largest force is the largest over that without clearance. No grade where those forces are not known.
+  function graded({ separations, force, speed, ideal }, limits) {
+    const over = Object.fromEntries(Object.keys(force).filter((joint) => ideal && ideal[joint] > 0).map((joint) => [joint, force[joint] / ideal[joint]]));
+    const [[strained, ratio], [hit, fastest]] = [most(over), most(speed)];
+    const lost = Object.values(separations).some((count) => count > 0);
+    const hard = fastest >= limits.hard || ratio >= limits.heavy;
+    const gentle = !(fastest >= limits.gentle) && ratio < limits.light;
+    const known = strained === "" ? -1 : (lost ? (hard ? 3 : (gentle ? 1 : 2)) : 0);
+    return { grade: limits.names[known] || "", lost, strained, ratio, hit: fastest > 0 ? hit : most(separations)[0], fastest: Math.max(0, fastest) };
+  }
+
+  function often(count) {
+    return { 1: "once a turn", 2: "twice a turn" }[number(count)] || `${number(count)} times a turn`;
+  }
+
+  const speedText = (speed) => (speed < 0.2 ? `${number(1e3 * speed)} mm/s` : `${number(speed)} m/s`);
+
+  // The sentence of an assessment on a motion that has been followed for so many turns.
+  function worked(seen, limits) {
+    const { grade, lost, strained, ratio, hit, fastest } = graded(seen, limits);
+    const times = often(seen.separations[hit] / seen.counted);
+    if (!grade) return lost ? `${hit ? `Joint ${hit} loses contact` : "Contact is lost"} ${times}${fastest > 0 ? ` and hits at ${speedText(fastest)}; forces of ideal joints are not known, and there is no grade without them` : ""}.` : "";
+    const force = ratio < limits.alike ? `forces are those of ideal joints, within ${number(100 * (limits.alike - 1))} %`
+      : `the largest force is ${number(ratio)} times that of ideal joints, at joint ${strained} (${number(seen.force[strained])} N)`;
+    const contact = lost ? `joint ${hit} loses contact ${times} and hits at ${speedText(fastest)}` : "contact is never lost";
+    return `${grade[0].toUpperCase()}${grade.slice(1)}: ${contact}; ${force}.`;
+  }
+
+  function kind(repeats, found) {
+    if (repeats) return repeats === 1 ? "The motion repeats every turn" : `The motion repeats every ${repeats} turns`;
+    if (found && found.mean > ERRORS * found.wide) return "The motion is chaotic";
+    if (found && found.mean < -ERRORS * found.wide) return "The motion is still settling";
+    return "Whether the motion repeats is undecided: follow more turns";
+  }
+
+  // seen: turns since the change, how many of them count, status, points of the last turns, growth of each counted turn
+  // of a motion that has settled, and of the counted turns separations, largest forces and impact speeds by joint.
+  function words(seen, limits) {
     if (seen.status) return `Stopped: ${seen.status}.`;
-    if (!seen.counted) return `Settling: ${seen.turns} of ${SETTLE} turns.`;
+    const said = seen.counted ? worked(seen, limits) : "";
+    if (seen.turns <= SETTLE) return `Settling, ${seen.turns} of ${SETTLE} turns. ${said}`.trim();
     const enough = seen.points.length >= LOOKED_AT;
     const repeats = enough ? period(seen.points.slice(-LOOKED_AT), seen.tolerance) : 0;
     const found = exponent(seen.growth, seen.counted);
     const early = !enough && seen.counted <= LOOKED_AT; // later, there is no section
-    const said = [early ? "too few turns yet to tell its period" : kind(repeats, found)];
-    Object.entries(seen.separations).forEach(([joint, count]) => {
-      said.push(`separations per turn${joint ? " at " + joint : ""}: ${number(count / seen.counted)}`);
-    });
-    if (found) said.push(found.mean === -Infinity ? VANISHED : `largest exponent ${signed(found)} per turn`);
-    said[0] = said[0][0].toUpperCase() + said[0].slice(1);
-    return `${said.join("; ")}. ${seen.counted} turns, after ${SETTLE} dropped.`;
+    const motion = early ? "Too few turns yet to tell whether the motion repeats" : kind(repeats, found);
+    const grows = !found ? "" : (found.mean === -Infinity ? `; ${VANISHED}` : `; largest exponent ${signed(found)} per turn`);
+    return `${said && `${said} `}${motion}${grows}. ${seen.counted} turns, after ${SETTLE} dropped.`;
   }
 
-  return { SETTLE, LOOKED_AT, exponent, number, period, words };
+  return { BEGUN, SETTLE, LOOKED_AT, exponent, graded, number, period, speedText, words };
 })();
 
 if (typeof module !== "undefined") module.exports = verdict;

@@ -5,6 +5,7 @@
 
 const APART = ["separation", "impact"]; // kinds of event by which a journal leaves its bearing
 const BUDGET = 4000; // ms after which a turn is given up
+const SEEN = 4; // turns of a value in which largest forces are looked for between the solver's own points
 const PACE = 200; // ms a turn of many, by which they are
 
 let given, shown, ahead, ideal;
@@ -82,22 +83,25 @@ function turn({ wanted, samples, join }) {
 
 // The ideal mechanism's last of three turns: its start is not quite its steady motion.
 function without({ wanted, samples }) {
-  if (!ideal) return { values: null };
+  if (!ideal) return { values: null, force: null };
   ideal.reset();
-  const before = ideal.run(2, { samples: 0, tangent: false, budget_ms: BUDGET });
+  const before = ideal.run(2, { budget_ms: BUDGET });
   const begun = ideal.time();
-  const out = ideal.run(1, { samples, tangent: false, budget_ms: BUDGET });
-  if (ended(before, 2) || ended(out, 1)) return { values: null };
+  const out = ideal.run(1, { samples, extremes: true, budget_ms: BUDGET });
+  if (ended(before, 2) || ended(out, 1)) return { values: null, force: null };
   const time = Float64Array.from(out.time, (each) => (each - begun) / ideal.period());
-  return { time, values: picked(out, wanted) };
+  return { time, values: picked(out, wanted), force: out.largest.force };
 }
 
-// As many turns as the budget affords, whole ones: the section points of each, what its tangent grew by, separations.
-function on({ budget, most }) {
+const apart = (events) => events.filter((each) => APART.includes(each.kind)).map((each) => each.joint);
+
+// As many turns as the budget affords, whole ones: the section points of each, what its tangent grew by, separations,
+// largest forces and impact speeds.
+function on({ budget, most, samples }) {
   const end = performance.now() + budget;
-  const found = { section: [], growth: [], apart: [], status: "" };
+  const found = { section: [], growth: [], apart: [], largest: [], status: "" };
   while (!found.status && found.growth.length < most && performance.now() < end) {
-    const out = ahead.run(1, { samples: 0, tangent: true, budget_ms: BUDGET });
+    const out = ahead.run(1, { samples, tangent: true, extremes: true, budget_ms: BUDGET });
     found.status = ended(out, 1);
     lost = lost || found.status !== "";
     if (lost) break;
@@ -105,27 +109,34 @@ function on({ budget, most }) {
     found.section.push(points(ahead, out.section));
     found.growth.push(out.exponent.sum - grown);
     grown = out.exponent.sum;
-    found.apart.push(out.events.filter((each) => APART.includes(each.kind)).map((each) => each.joint));
+    found.apart.push(apart(out.events));
+    found.largest.push(out.largest);
   }
   return found;
 }
 
-// For each value, its section points after a transient; the next value goes on from there. In a map, `line` is the
-// value of the other slider.
-function scan({ values, key, across, list, line, transient, kept }) {
+// For each value, its section points after a transient, its separations, largest forces and impact speeds, and the
+// largest forces without clearance; the next value goes on from there. In a map, `line` is the value of the other slider.
+function scan({ values, key, across, list, line, transient, kept, samples }) {
   set({ values });
   const why = across === null ? "" : set({ values: { [across]: line } }).refused[across] || "";
   reset();
   for (const value of list) {
-    const row = { value, across: line, section: [], status: why || set({ values: { [key]: value } }).refused[key] || "" };
-    const followed = (length) => {
-      const out = ahead.run(length, { samples: 0, tangent: false, budget_ms: BUDGET + PACE * length });
-      row.status = ended(out, length);
-      return row.status ? [] : out.section;
+    const row = { value, across: line, section: [], apart: [], status: why || set({ values: { [key]: value } }).refused[key] || "" };
+    const followed = (length, more) => {
+      const out = row.status ? null : ahead.run(length, { ...more, budget_ms: BUDGET + PACE * length });
+      row.status = out ? ended(out, length) : row.status;
+      return out;
     };
-    if (!row.status && transient) followed(transient);
-    if (!row.status) row.section = points(ahead, followed(kept));
+    if (transient) followed(transient);
+    const parts = [followed(kept - SEEN, { extremes: true }), followed(SEEN, { extremes: true, samples: SEEN * samples })];
     if (row.status) reset();
+    else {
+      row.section = points(ahead, parts.flatMap((each) => each.section));
+      row.apart = parts.flatMap((each) => apart(each.events));
+      row.largest = parts.map((each) => each.largest);
+      row.ideal = without({ wanted: [], samples }).force;
+    }
     postMessage({ what: "row", row });
   }
   return {};

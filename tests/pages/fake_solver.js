@@ -1,6 +1,7 @@
 "use strict";
 // A solver of a known motion: an ideal four-bar that turns evenly, its journal on a ray whose length follows the
-// logistic map s -> a s (1 - s) from turn to turn, a being "gear_ratio". Exponent ln|a (1 - 2 s)| a turn.
+// logistic map s -> a s (1 - s) from turn to turn, a being "gear_ratio". Exponent ln|a (1 - 2 s)| a turn. Its largest
+// force is 200 s N, or 100 N without clearance, and contact begins at 100 s times the clearance a second.
 
 function makeSolver(data) {
   const values = {};
@@ -53,6 +54,7 @@ function makeSolver(data) {
         found.section.push([time + data.period * (turn + 1), e * s, 0]);
       }
       time += turns * data.period;
+      found.largest = e === undefined ? { force: { B: 100 }, speed: {} } : { force: { B: 200 * s }, speed: { B: 100 * e * s } };
       found.exponent = { sum, turns: time / data.period };
       return found;
     },

@@ -76,6 +76,32 @@ def test_without_scripts_picture_and_numbers_are_there(monkeypatch, tmp_path, ca
     assert re.search(r'<section id="live" hidden>', html)
 
 
+@pytest.mark.parametrize(
+    ("mechanism", "title"),
+    [
+        (linkage(), "Four-bar linkage with clearance at joint B"),
+        (
+            jp.catalog.slider_crank(clearance={"B": 1e-4, "G": 1e-4}),
+            "Slider-crank with clearance at joints B and G",
+        ),
+        (jp.catalog.watt(clearance=0.0), "Six-bar linkage with ideal joints"),
+        (jp.catalog.duffing(), "Duffing"),
+    ],
+    ids=repr,
+)
+def test_a_page_opens_with_what_it_shows(mechanism, title):
+    assert live.heading(mechanism) == title
+    assert "computed in this page" in live.about(mechanism, computes=True)
+    assert "computed in this page" not in live.about(mechanism, computes=False)
+
+
+def test_the_title_of_a_study_is_that_of_its_page(unsolved, tmp_path):
+    own = tmp_path / "own.toml"
+    own.write_text("title = 'Wiper of a small car'\n[mechanism]\ncatalog = 'chunmei2002'\n")
+    assert main(["report", str(own)]) == 0
+    assert "<h1>Wiper of a small car</h1>" in (tmp_path / "own.html").read_text(encoding="utf-8")
+
+
 @pytest.fixture
 def unsolved(monkeypatch):
     """No mechanism has a solver."""

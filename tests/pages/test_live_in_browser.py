@@ -12,6 +12,7 @@ import xarray as xr
 import jointplay as jp
 from jointplay.study.file import load
 from jointplay_page import live
+from tests.figures.support.synthetic_assessment import assessment
 from tests.pages.browsing import canvas, click, complaints, drag, opened, text, until
 from tests.pages.live_samples import fake, linkage
 from tests.pages.samples import diagram
@@ -47,7 +48,7 @@ def give(browser, key, value):
 
 def said(browser, words, turns=4000):
     """The verdict, when it says something and so many turns have been followed."""
-    until(browser, f"return document.getElementById('live-verdict').textContent.startsWith('{words}')")
+    until(browser, f"return document.getElementById('live-verdict').textContent.includes('{words}')")
     until(browser, f"{SETTLED}{turns}")
     return text(browser, "live-verdict")
 
@@ -60,9 +61,12 @@ def exponent(verdict):
 
 def test_a_motion_is_followed_drawn_and_judged_by_the_stated_rules(chromium, page):
     opened(chromium, page)
-    verdict = said(chromium, "Repeats every turn")
-    assert "separations per turn at B: 1;" in verdict
-    assert exponent(verdict)[0] == pytest.approx(math.log(0.8), abs=1e-4)  # the fixed point of a = 2.8
+    verdict = said(chromium, "The motion repeats every turn")
+    s = 1 - 1 / 2.8  # the fixed point
+    hits = f"joint B loses contact once a turn and hits at {29 * s:.3g} mm/s"
+    most = f"the largest force is {2 * s:.3g} times that of ideal joints, at joint B ({200 * s:.3g} N)"
+    assert verdict.startswith(f"Rattles: {hits}; {most}. ")
+    assert exponent(verdict)[0] == pytest.approx(math.log(0.8), abs=1e-4)
     for name in ("linkage", "orbit", "force", "section"):
         assert canvas(chromium, f"live-{name}") > 0
     assert complaints(chromium) == []
@@ -71,9 +75,9 @@ def test_a_motion_is_followed_drawn_and_judged_by_the_stated_rules(chromium, pag
 
 def test_periods_and_chaos_are_told_apart(chromium, page):
     opened(chromium, page, "#live=gear_ratio:3.2")
-    assert "Repeats every 2 turns" in said(chromium, "Repeats")
+    said(chromium, "The motion repeats every 2 turns")
     give(chromium, "gear_ratio", 4)
-    value, error = exponent(said(chromium, "Chaotic"))
+    value, error = exponent(said(chromium, "The motion is chaotic"))
     assert abs(value - math.log(2)) < 3 * error < 0.05
     assert text(chromium, "live-points") == "3950 section points"
     assert complaints(chromium) == []
@@ -83,6 +87,7 @@ def test_sliders_work_by_keys_and_stand_in_the_address(chromium, page):
     opened(chromium, page)
     until(chromium, f"{SETTLED}100")
     slider = chromium.find_element("id", "live-clearance.B")
+    assert slider.get_attribute("aria-valuetext") == "290 µm"
     slider.send_keys("\ue014")  # right: a hundredth of the range, 10 µm to 1 mm
     until(chromium, "return location.hash.includes('clearance.B')")
     wanted = 2.9e-4 * 100**0.01
@@ -124,7 +129,7 @@ def test_numerical_trouble_is_said_and_mended_by_other_values(chromium, page):
     opened(chromium, page, "#live=damping.B:800")
     assert said(chromium, "Stopped", 0) == "Stopped: not converged."
     give(chromium, "damping.B", 100)
-    said(chromium, "Repeats")
+    said(chromium, "The motion repeats")
     assert complaints(chromium) == []
 
 
@@ -166,6 +171,44 @@ def test_a_diagram_is_computed_clicked_in_and_refined(chromium, page):
     ]
     assert ends == pytest.approx([shown, shown + 150 / (drawn.size["width"] - 66)], abs=0.01)
     assert "scan=120+100+gear_ratio" in chromium.current_url
+    assert complaints(chromium) == []
+
+
+def test_force_and_impact_speed_are_drawn_over_the_slider(chromium, page):
+    """Contact begins at 100 s times the clearance: gently below it, hard above."""
+    opened(chromium, page, "#scan=16+300+clearance.B+0.00001+0.001")
+    until(chromium, "return document.getElementById('scan-said').textContent.startsWith('16 of 16')")
+    s = 1 - 1 / 2.8
+
+    def ground(clearance):
+        """The colour of the ground at a clearance, close to the upper edge."""
+        return chromium.execute_script(
+            "const it = document.getElementById('scan-speed');"
+            "const at = [54 + arguments[0] * (it.clientWidth - 68), 17];"
+            "const [x, y] = at.map((each) => each * devicePixelRatio);"
+            "return String(it.getContext('2d').getImageData(x, y, 1, 1).data)",
+            math.log(clearance / 1e-5) / math.log(100),
+        )
+
+    grounds = [ground(each / (100 * s)) for each in (0.002, 0.005, 0.015, 0.06)]
+    assert grounds[0] == grounds[1] != grounds[2] == grounds[3]  # touches, rattles
+    assert canvas(chromium, "scan-force") > 0
+    assert complaints(chromium) == []
+
+
+def test_the_verdict_of_an_assessment_s_page_moves_with_the_slider(chromium, with_fake, tmp_path):
+    path, _ = jp.report(assessment(), tmp_path / "assessed.html", mechanism=linkage())
+    opened(chromium, path)
+    until(chromium, f"{SETTLED}100")
+    place = "return document.getElementById('{}').getBoundingClientRect().top"
+    first, then = (chromium.execute_script(place.format(name)) for name in ("live", "picture0"))
+    assert first < then
+    assert text(chromium, "live-verdict").startswith(
+        "Rattles: joint B loses contact once a turn and hits at "
+    )
+    give(chromium, "clearance.B", 20)
+    until(chromium, "return document.getElementById('live-verdict').dataset.grade === 'touches'")
+    assert "What it hangs on" in text(chromium, "numbers")
     assert complaints(chromium) == []
 
 
@@ -255,8 +298,16 @@ def test_a_phone_shows_it_without_scrolling_sideways(chromium, page):
             "return [document.documentElement.scrollWidth, document.documentElement.clientWidth]"
         )
         assert wide <= seen == 380
-        for name in ("linkage", "orbit", "force", "section"):  # below each other
+        for name in ("orbit", "force", "section"):  # below each other
             assert chromium.execute_script(f"return document.getElementById('live-{name}').clientWidth") > 320
+        top, bottom, slider = chromium.execute_script(
+            "document.getElementById('live-damping.B').scrollIntoView();"  # under what stays in view
+            "scrollBy(0, -350);"
+            "const box = (name) => document.getElementById(`live-${name}`).getBoundingClientRect();"
+            "return [box('linkage').top, box('linkage').bottom, box('damping.B').top]"
+        )
+        assert 0 <= top < bottom < slider < 800
+        assert text(chromium, "live-short") == "rattles, 129 N, 18.6 mm/s"
     finally:
         chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         chromium.set_window_size(size["width"], size["height"])
@@ -315,7 +366,7 @@ def test_a_point_beyond_the_sliders_is_said_not_to_be_computed(chromium, with_fa
 @pytest.mark.long
 def test_firefox_shows_the_same(firefox, page):
     opened(firefox, page, "#live=gear_ratio:3.2")
-    assert said(firefox, "Repeats every 2 turns")
+    assert said(firefox, "The motion repeats every 2 turns")
     assert firefox.get_log("browser") == []
     firefox.execute_script("console.error('heard')")
     until(firefox, "return true")

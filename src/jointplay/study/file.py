@@ -95,6 +95,11 @@ def moving_of(path: Path | str) -> Mechanism | TestSystem:
     return build_mechanism(table["mechanism"])
 
 
+def title_of(path: Path | str) -> str | None:
+    """Give the title of a study file; None where it has none."""
+    return _read(path)[0].get("title")
+
+
 def validate(table: Mapping[str, Any]) -> Study:
     """The study of a parsed TOML table; `InputError` with everything that is wrong and its key paths."""
     if problems := toml_text.implausible(dict(table)):

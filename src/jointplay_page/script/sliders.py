@@ -46,6 +46,7 @@ RANGES = {  # of a slider over its stored value
     "coefficient": (0.1, 30.0),
     "damping": (0.1, 10.0),
     "restitution": (0.1, 1.9),
+    "gear_ratio": (0.2, 7.0),
     "at": (0.3, 3.0),
     "": (0.2, 3.0),
 }

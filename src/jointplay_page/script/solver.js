@@ -212,11 +212,13 @@ function makeSolver(data) {
   function drained(found) {
     for (let i = 0; i < motion.count[LOGGED]; i += 1) {
       const row = motion.log[i];
-      if (row[0] === data.rows.event) {
+      if (row[0] === data.rows.step) found.steps.push(row.slice(3));
+      else if (row[0] === data.rows.event) {
         const joint = data.joints[row[1]];
         found.events.push({ time: row[3], joint: joint === undefined ? "" : joint, kind: data.events[row[2]] });
+        if (options.log_steps) found.before.push(row.slice(3));
       } else if (row[0] === data.rows.section) found.section.push(row.slice(3));
-      else if (row[0] === data.rows.coarse) found.doubts += 1;
+      else if (row[0] === data.rows.coarse) found.doubts.push([row[3], row[2]]);
     }
     motion.count[LOGGED] = 0;
   }
@@ -242,8 +244,33 @@ function makeSolver(data) {
   const onlyShown = (found) => Object.fromEntries(Object.entries(found).filter(([name]) => shown.has(name)));
   const measured = (taken) => onlyShown(evaluated(taken));
 
-  function run(length, { samples = 0, tangent = false, budget_ms = Infinity } = {}) {
-    const found = { events: [], section: [], doubts: 0 };
+  // Largest force of each joint, and largest speed with which contact begins there, over the points of a run; steps in
+  // which accelerations may be wrong are left out. Between even samples without an event among them a parabola goes on.
+  function largest({ steps, before, doubts, events }, taken) {
+    const sure = (row) => !doubts.some(([begin, end]) => row[0] > begin && row[0] <= end);
+    const even = evaluated(taken.filter(sure));
+    const own = evaluated([...steps, ...before].filter(sure));
+    const sizes = (all, label) => (all.reaction && label in all.reaction ? all.reaction[label] : all.normal_force[label].map((each, i) => Math.hypot(each, across(all, label)[i] || 0)));
+    const across = (all, label) => (all.tangential_force && all.tangential_force[label]) || [];
+    const between = (i) => events.some(({ time }) => time >= even.time[i - 1] && time <= even.time[i + 1]);
+    const top = (y) => y.reduce((most, here, i) => {
+      const [left, right] = [y[i - 1], y[i + 1]];
+      const bend = 2 * here - left - right;
+      const risen = bend > 0 && here >= left && here >= right ? here + (right - left) ** 2 / (8 * bend) : here;
+      return risen > most ? Math.max(most, risen === here || between(i) ? here : risen) : most;
+    }, 0);
+    const most = (series) => series.reduce((found, each) => Math.max(found, Math.abs(each) || 0), 0);
+    const labels = [even.normal_force, even.reaction].flatMap((table) => Object.keys(table || {}));
+    const force = labels.map((label) => [label, Math.max(top(sizes(even, label)), most(sizes(own, label)))]);
+    const hits = events.map(({ joint, kind }) => (kind === "contact" || kind === "impact" ? joint : ""));
+    const speeds = Object.entries(evaluated(before).normal_velocity || {});
+    const speed = speeds.map(([label, series]) => [label, most(series.filter((_, i) => hits[i] === label))]);
+    return { largest: { force: Object.fromEntries(force), speed: Object.fromEntries(speed) } };
+  }
+
+  function run(length, { samples = 0, tangent = false, extremes = false, budget_ms = Infinity } = {}) {
+    const found = { events: [], section: [], steps: [], before: [], doubts: [] };
+    options.log_steps = Number(extremes);
     const from = motion.s[0];
     if (motion.samples.length !== samples) {
       motion.samples = rows(samples, width);
@@ -266,7 +293,9 @@ function makeSolver(data) {
     const exponent = { sum: tangents.logs[tangents.logs.length - 1], turns }; // -Infinity where sticking took the direction away
     const taken = motion.samples.slice(0, motion.count[SAMPLES]);
     last = evaluated(taken);
-    return { status: status.word, meaning: status.meaning, turns_done: done, ...onlyShown(last), ...found, exponent };
+    const { events, section, doubts } = found;
+    const rest = { events, section, doubts: doubts.length, exponent, ...(extremes && largest(found, taken)) };
+    return { status: status.word, meaning: status.meaning, turns_done: done, ...onlyShown(last), ...rest };
   }
 
   const state = () => motion.s.slice(1, 1 + motion.absolute.length);

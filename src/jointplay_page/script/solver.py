@@ -23,6 +23,8 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis import rates, rules
+from jointplay.analysis.assessment import grades
+from jointplay.analysis.assessment.page import ALIKE
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.exponents.frame_growth import SOLVED, frame
 from jointplay.analysis.exponents.section_exponents import timeless
@@ -58,11 +60,20 @@ from jointplay_page.script.sliders import followed
 from jointplay_page.script.translate import Script
 
 RECORDED = ("angle", "angular_velocity", "journal_x", "journal_y", "normal_force", "reaction")
-RECORDED += ("slide_position", "state_value")
+RECORDED += ("slide_position", "state_value", "tangential_force", "normal_velocity")
 NEEDED = ("angle", "journal_x", "journal_y", "slide_position", "eccentricity_ratio")  # for places, and `set`
 ARRAYS = ("s", "p", "absolute", "relative", "margin", "clearance_squared", "cone")
 TOLERANCES = ("speed_tolerance", "height_tolerance", "gap_rounding", "rate_tolerance")
 OPTIONS = ("h_max", "chatter_time", *TOLERANCES)
+LIMITS = {  # of an assessment's grades and words
+    "names": grades.GRADES,
+    "meaning": grades.MEANING,
+    "gentle": grades.GENTLE,
+    "hard": grades.HARD,
+    "light": grades.LIGHT,
+    "heavy": grades.HEAVY,
+    "alike": ALIKE,
+}
 LOG_ROWS = 512
 HEADER = "from math import atan2, copysign, cos, exp, log, sin, sqrt, tan, tanh\n"
 OUTPUTS = {"theta": "angle", "w": "angular_velocity", "slide": "slide_position", "vslide": "slide_velocity"}
