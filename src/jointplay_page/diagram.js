@@ -154,7 +154,7 @@ if (jointplay.data.live) {
       xs.push(row.value * x.factor);
       ys.push(point[0]);
     }));
-    chart = plots.chart(field("canvas"), { x: x.ends, y: plots.span(ys), log: x.log, aspect: 0.45, xLabel: x.label, yLabel: tools.view().section.words[0] });
+    chart = plots.chart(field("canvas"), { x: x.ends, y: plots.span(ys), log: x.log, aspect: Math.max(0.45, 220 / field("canvas").clientWidth), xLabel: x.label, yLabel: tools.view().section.words[0] });
     plots.dots(chart, xs, ys, xs.length, "--accent", 1.5);
     drawHardness(x);
   }

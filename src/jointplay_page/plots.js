@@ -56,7 +56,9 @@ const plots = (() => {
   // Begin a chart; `x` and `y` are ends of the axes, `log` and `logY` that they are logarithmic. Returns how to draw.
   function chart(canvas, { x, y, xLabel, yLabel, log = false, logY = false, aspect = 0.66 }) {
     const [pen, width, height] = stage.clear(canvas, aspect);
-    const [left, right, bottom, top] = [LEFT, width - EDGE, height - BELOW, EDGE];
+    const marks = logY ? decades(...y) : ticks(...y, 4);
+    const widest = marks.reduce((most, each) => Math.max(most, pen.measureText(text(each)).width), 0);
+    const [left, right, bottom, top] = [Math.max(LEFT, widest + 23), width - EDGE, height - BELOW, EDGE]; // 18 px for the label
     const [toX, atX] = scaled(x, log, left, right);
     const [toY, atY] = scaled(y, logY, bottom, top);
     const view = { pen, px: toX, py: toY, x: atX, y: atY, left, right, bottom, top };
@@ -75,7 +77,7 @@ const plots = (() => {
     });
     pen.fillText(xLabel, (left + right) / 2, height - 4);
     pen.textAlign = "right";
-    (logY ? decades(...y) : ticks(...y, 4)).forEach((value) => {
+    marks.forEach((value) => {
       pen.strokeRect(left, toY(value), right - left, 0);
       pen.fillText(text(value), left - 5, toY(value) + 4);
     });

@@ -218,5 +218,5 @@ const stage = (() => {
     pen.fillText(`${shown.force[at].toPrecision(3)} N`, 6, 16);
   }
 
-  return { bearing, bounds, clear, colour, guide, linkage };
+  return { bearing, bounds, clear, colour, guide, linkage, names };
 })();

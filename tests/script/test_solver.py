@@ -106,10 +106,12 @@ return solver.run(3, { samples: 3 * 1024, extremes: true }).largest;
 """
 
 
-@pytest.mark.parametrize("name", ["C", pytest.param("two joints", marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "name", ["C", "sticking", "slow", pytest.param("two joints", marks=pytest.mark.long)]
+)
 def test_largest_forces_and_impact_speeds_are_those_of_the_program(name, tmp_path):
     """As pages look for them, against samples sixteen times as dense, which meet events by the way."""
-    mechanism = SCENES[name]()
+    mechanism = PAPER(gear_ratio=14.0) if name == "slow" else SCENES[name]()
     script = solver(mechanism, rtol=live.RTOL)
     found = ran(script.text, script.data, LARGEST, tmp_path)
     record = ["normal_force", "tangential_force", "reaction", "normal_velocity"]
@@ -124,7 +126,7 @@ def test_largest_forces_and_impact_speeds_are_those_of_the_program(name, tmp_pat
         series = np.abs(motion.normal_velocity.sel(joint=joint).values)
         fastest = np.interp(begins, motion.time.values, series).max(initial=0.0)
         assert speed == pytest.approx(fastest, rel=1e-2)
-    assert max(found["speed"].values()) > 0
+    assert max(found["speed"].values()) > 0 or name in ("sticking", "slow")
 
 
 GROWTH = """

@@ -218,7 +218,7 @@ function makeSolver(data) {
         found.events.push({ time: row[3], joint: joint === undefined ? "" : joint, kind: data.events[row[2]] });
         if (options.log_steps) found.before.push(row.slice(3));
       } else if (row[0] === data.rows.section) found.section.push(row.slice(3));
-      else if (row[0] === data.rows.coarse) found.doubts.push([row[3], row[2]]);
+      else if (row[0] === data.rows.coarse) found.doubts += 1;
     }
     motion.count[LOGGED] = 0;
   }
@@ -244,12 +244,10 @@ function makeSolver(data) {
   const onlyShown = (found) => Object.fromEntries(Object.entries(found).filter(([name]) => shown.has(name)));
   const measured = (taken) => onlyShown(evaluated(taken));
 
-  // Largest force of each joint, and largest speed with which contact begins there, over the points of a run; steps in
-  // which accelerations may be wrong are left out. Between even samples without an event among them a parabola goes on.
-  function largest({ steps, before, doubts, events }, taken) {
-    const sure = (row) => !doubts.some(([begin, end]) => row[0] > begin && row[0] <= end);
-    const even = evaluated(taken.filter(sure));
-    const own = evaluated([...steps, ...before].filter(sure));
+  // Largest force of each joint, and largest speed with which contact begins there, over the points of a run. Between even
+  // samples without an event among them a parabola goes on.
+  function largest({ steps, before, events }, taken) {
+    const [even, own] = [taken, [...steps, ...before]].map(evaluated);
     const sizes = (all, label) => (all.reaction && label in all.reaction ? all.reaction[label] : all.normal_force[label].map((each, i) => Math.hypot(each, across(all, label)[i] || 0)));
     const across = (all, label) => (all.tangential_force && all.tangential_force[label]) || [];
     const between = (i) => events.some(({ time }) => time >= even.time[i - 1] && time <= even.time[i + 1]);
@@ -269,7 +267,7 @@ function makeSolver(data) {
   }
 
   function run(length, { samples = 0, tangent = false, extremes = false, budget_ms = Infinity } = {}) {
-    const found = { events: [], section: [], steps: [], before: [], doubts: [] };
+    const found = { events: [], section: [], steps: [], before: [], doubts: 0 };
     options.log_steps = Number(extremes);
     const from = motion.s[0];
     if (motion.samples.length !== samples) {
@@ -294,7 +292,7 @@ function makeSolver(data) {
     const taken = motion.samples.slice(0, motion.count[SAMPLES]);
     last = evaluated(taken);
     const { events, section, doubts } = found;
-    const rest = { events, section, doubts: doubts.length, exponent, ...(extremes && largest(found, taken)) };
+    const rest = { events, section, doubts, exponent, ...(extremes && largest(found, taken)) };
     return { status: status.word, meaning: status.meaning, turns_done: done, ...onlyShown(last), ...rest };
   }
 
