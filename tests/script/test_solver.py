@@ -28,6 +28,13 @@ const solver = makeSolver(data);
 const found = solver.run(2, { samples: 8 });
 return { ...found, state: solver.state() };
 """
+
+
+def long(name):
+    """A scene by its name, left to the long tests."""
+    return pytest.param(name, marks=pytest.mark.long)
+
+
 STATES = ("angle", "angular_velocity", "state_value", "slide_position")
 SCENES = {  # the paper's cases by their letters; those in `LONG` have structures that few other tests need
     "A": lambda: PAPER(),
@@ -61,7 +68,7 @@ LONG = {
 }
 FINE = {"implicit law": 1e-12}  # where one contact ends so slowly that its time is known no better at RTOL
 CUT = {"A", "C"}  # by a section
-NAMES = [pytest.param(name, marks=pytest.mark.long) if name in LONG else name for name in SCENES]
+NAMES = [long(name) if name in LONG else name for name in SCENES]
 
 
 def events(motion):
@@ -106,9 +113,7 @@ return solver.run(3, { samples: 3 * 1024, extremes: true }).largest;
 """
 
 
-@pytest.mark.parametrize(
-    "name", ["C", "sticking", "slow", pytest.param("two joints", marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("name", ["sticking", *map(long, ("C", "slow", "two joints"))])
 def test_largest_forces_and_impact_speeds_are_those_of_the_program(name, tmp_path):
     """As pages look for them, against samples sixteen times as dense, which meet events by the way."""
     mechanism = PAPER(gear_ratio=14.0) if name == "slow" else SCENES[name]()
