@@ -144,7 +144,9 @@ def extremes(
         for name, each in high.items():
             np.fmax.at(each, last[inside], values[name][inside])
             np.fmin.at(low[name], last[inside], values[name][inside])
-    made = {name: Out(dims[name], *_named(name)).variable(most) for name, most in tops.items() if np.size(most)}
+    made = {
+        name: Out(dims[name], *_named(name)).variable(most) for name, most in tops.items() if np.size(most)
+    }
     groups = {"LARGEST_QUANTITY": {f"largest_{name}": each for name, each in made.items()}}
     for word, extreme in (("highest", high), ("lowest", low)):
         said = {name: f"{word} {WORDS[name].long_name} since the sample before" for name in extreme}
