@@ -112,7 +112,8 @@ def test_behind_an_orbit_what_has_no_period_is_asked_whether_it_is_chaotic(monke
     monkeypatch.setattr(edges_module, "settled", lambda *_: motion(0, UNSURE))
     monkeypatch.setattr(edges_module, "lasting", lambda *_: motion(0, CHAOTIC))
     side = edges_module.Side(here := motion(1), 2e-4)
-    carried = edges_module.Carried(jp.catalog.slider_crank(), "joints.B.clearance", HOW)
+    how = edges_module.Remembering(**vars(HOW))
+    carried = edges_module.Carried(jp.catalog.slider_crank(), "joints.B.clearance", how)
     edges_module._beyond(side, carried, edges_module.Search(2.0, 0.01, 1e-3), (2e-4, here), 1, 0.02)
     edge, *_, how = side.found["chaos"]
     assert edges_module.HOW[how] == "bracketed"
@@ -165,7 +166,8 @@ def history(forces):
     ],
 )
 def test_the_error_of_a_largest_force_is_the_larger_of_two(forces, coarse, error):
-    assert _peak_error(history(forces), history(coarse), 2.5).tolist() == [error]
+    most = np.array([max(forces)])
+    assert _peak_error(most, history(forces), history(coarse), 2.5).tolist() == [error]
 
 
 def test_the_error_of_a_mean_over_turns_is_that_of_its_scatter_and_of_its_samples():
