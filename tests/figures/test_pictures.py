@@ -67,24 +67,30 @@ def leaning() -> xr.Dataset:
         "status": ((), np.int8(0), flag_words(("ok",), "outcome")),
     }
     names = {"quantity": ["largest:normal_force:B", "time"], "parameter": ["clearance", "speed", "friction"]}
+    data |= {
+        "quantity_name": ("quantity", ["largest normal contact force, B", "time"]),
+        "parameter_name": ("parameter", ["radial clearance", "speed", "friction coefficient"]),
+    }
     return xr.Dataset(data, names, {"kind": "gradient"})
 
 
 def improved() -> xr.Dataset:
-    """Three designs of two parameters, the first without play; a force before and after."""
+    """Two parameters, a force and the largest forces of two joints, before and after; one is not known."""
     force = {"units": "N", "long_name": "normal contact force"}
     time = {"units": "s", "long_name": "time"}
-    data = {
-        "tried_value": (("iteration", "parameter"), np.array([[0.2, 3.0], [0.15, 3.5], [0.1, 4.0]])),
-        "tried_share": ("iteration", [0.0, 1.0, 1.0]),
-        "status": ((), np.int8(0), flag_words(("ok",), "outcome")),
-    }
-    rows = {"low": [0.1, 2.0], "high": [0.3, 4.0], "optimum": [0.1, 4.0]}
+    data = {"status": ((), np.int8(0), flag_words(("ok",), "outcome"))}
+    rows = {"low": [0.1, 2.0], "high": [0.3, 4.0], "optimum": [0.1, 4.0], "first_value": [0.2, 3.0]}
+    rows |= {"parameter_units": ["kg", "1"], "parameter_name": ["mass of the coupler", "gear ratio"]}
     data |= {name: ("parameter", np.array(values)) for name, values in rows.items()}
+    data |= {
+        "force_before": ("joint", [40.0, 60.0], force),
+        "force_after": ("joint", [20.0, np.nan], force),
+    }
     for name, size in (("before", 40.0), ("after", 20.0)):
         data[f"time_{name}"] = f"time_{name}", np.array([0.0, 0.01, 0.02]), time
         data[f"course_{name}"] = f"time_{name}", np.array([size, 1.0, size]), force
-    return xr.Dataset(data, {"parameter": ["mass", "gear_ratio"]}, {"kind": "optimise"})
+    names = {"parameter": ["links.coupler.mass", "gear_ratio"], "joint": ["B", "O"]}
+    return xr.Dataset(data, names, {"kind": "optimise"})
 
 
 PICTURES = {

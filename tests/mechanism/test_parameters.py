@@ -226,7 +226,7 @@ def test_several_that_change_alike_are_one_parameter_wherever_one_is_named():
     )
     longer = mechanism.replace(**{"links.coupler.length": 0.182, "joints.B.journal.at": 0.182})
     one = Parameter.named(mechanism, key)
-    assert (one.value, one.units, one.noun, one.uniform) == (0.181, "m", "length of link coupler", True)
+    assert (one.value, one.units, one.noun, one.uniform) == (0.181, "m", "length of the coupler", True)
     assert one.at(0.182) == longer
     (axis,) = axes(mechanism, {key: [0.18, 0.182]})
     assert (axis.name, axis.key, axis.units) == ("length", key, "m")

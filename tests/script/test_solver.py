@@ -218,7 +218,7 @@ def test_what_is_refused_is_told_in_words(tmp_path):
         "there is no slider mass",
     ]
     closes = "with the other lengths as they are, the links do not close over the whole turn"
-    assert found["together"] == ["", f"length of link rocker: {closes}"]
+    assert found["together"] == ["", f"length of the rocker: {closes}"]
     assert found["after"] == ""  # the same length, where the coupler is long enough
     assert found["rocker"] == 0.06
 

@@ -193,7 +193,7 @@ def test_values_that_do_not_go_together_are_told_where_they_meet():
     assert "moment of inertia" in found.trouble.values[1, 0, 0]
     assert found.inertia.attrs == {
         "units": "kg m2",
-        "long_name": "moment of inertia about the link's origin of link rocker",
+        "long_name": "moment of inertia of the rocker about the link's origin",
         "key": "links.rocker.inertia",
     }
 

@@ -93,6 +93,33 @@ def diagram() -> xr.Dataset:
     )
 
 
+def test_a_detail_holds_what_lies_in_it_and_the_rest_has_logarithms():
+    data, (low, high) = branches(), (2.5e-5, 2.8e-5)
+    options = {
+        "quantity": "eccentricity_ratio",
+        "scale": "log",
+        "detail": [low, high],
+        "limits": [[3e-5, "L"]],
+    }
+    detail, whole = figures.draw(data, options).axes
+    assert (detail.get_xscale(), whole.get_xscale()) == ("linear", "log")
+    assert detail.get_xlim() == pytest.approx((1e6 * low, 1e6 * high))
+    x, y = (data[name].values[0] for name in ("clearance", "eccentricity_ratio"))
+    inside = y[(x >= low) & (x <= high)]
+    bottom, top = detail.get_ylim()
+    assert 0.1 < (top - bottom) / np.ptp(inside[np.isfinite(inside)]) < 1.4
+    assert bottom < np.nanmin(inside) < np.nanmax(inside) < top
+    assert whole.get_ylim()[1] >= 1.0
+    assert [len(ax.texts) for ax in (detail, whole)] == [0, 1]
+    assert not detail.get_ylabel() == whole.get_ylabel() == ""
+    for wrong in ({"detail": [1, 0]}, {"detail": [1.0, 2.0]}, {"scale": "cubic"}):
+        with pytest.raises(InputError, match=f"figure.{next(iter(wrong))}"):
+            figures.draw(data, options | wrong)
+    shifted = data.assign_coords(clearance=data.clearance - 2.5e-5)
+    with pytest.raises(InputError, match="above 0"):
+        figures.draw(shifted, options | {"detail": None})
+
+
 def test_over_a_diagram():
     """Points of the sweep and lines of the branches on the same axes, which hold both."""
     sweep = diagram()

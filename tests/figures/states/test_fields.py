@@ -227,6 +227,16 @@ def test_attractors_have_points_and_bands_in_one_colour():
     assert looks[0] == looks[1], "the legend names bands and points"
 
 
+def test_motions_without_a_period_share_a_colour_and_a_name():
+    """Windows part chaos into motions with numbers of their own; the reader is shown one."""
+    data = coexisting().sel(identity=[1, 2, 2]).assign_coords(identity=[1, 2, 3])
+    above = figures.draw(data).axes[0]
+    first, second, third = (line.get_color() for line in above.lines)
+    assert second == third != first
+    words = [text.get_text() for text in above.figure.legends[0].get_texts()]
+    assert words == ["1: period 1", "no period", "not settled"]
+
+
 def test_attractors_need_a_result_of_that_kind():
     with pytest.raises(InputError, match="kind attractors"):
         figures.draw(basins(), kind="attractors")
@@ -255,4 +265,7 @@ def test_knocks_have_a_bar_for_each_motion_in_their_units():
     assert [bar.get_height() for bar in shifts.patches] == pytest.approx([30, 50])
     assert [text.get_text() for text in impulses.texts] == ["\u21922", "\u21922?", "\u21921", "none"]
     assert [label.get_text() for label in impulses.get_xticklabels()] == ["crank", "coupler"]
+    named = [(ax.get_ylabel().replace("\n", " "), ax.get_xlabel()) for ax in (impulses, shifts)]
+    wanted = ("Smallest angular impulse (N m s)", "Link"), ("Smallest shift of the journal (µm)", "Joint")
+    assert named == [*wanted]
     assert [line.get_ydata().tolist() for line in times.lines] == [[0.1, 0.5], [0.0, 0.4]]

@@ -175,6 +175,20 @@ def test_a_map_shows_what_is_stored():
     assert exponent.get_ylim() == (0.5, 3.5)
 
 
+def test_what_an_adaptive_map_did_not_compute_is_hatched():
+    data = sweep(("up",), over=("gear_ratio", "clearance"))
+    done = np.ones((3, 5), dtype=np.int8)
+    assert not figures.draw(data.assign(computed=(data.period.dims[:2], done))).legends
+    done[1, 2:4] = 0
+    figure = figures.draw(data.assign(computed=(data.period.dims[:2], done)))
+    for ax in (each for each in figure.axes if each.get_xscale() == "log" and each.get_ylim()[0] < 1):
+        colours, hatched = ax.collections
+        assert (colours.get_hatch(), hatched.get_hatch() is None) == (None, False)
+        assert np.argwhere(hatched.get_array() == 1).tolist() == [[1, 2], [1, 3]]
+        assert colours.get_array().count() >= hatched.get_array().count() == 2
+    assert "not computed" in figure.legends[0].get_texts()[0].get_text()
+
+
 def test_a_motion_that_forgets_its_start_has_the_lowest_colour_and_is_not_missing():
     data = sweep(("up",), over=("gear_ratio", "clearance"))
     exponents = data.lyapunov_exponent_per_turn

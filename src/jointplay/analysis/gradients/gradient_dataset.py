@@ -36,18 +36,27 @@ def verdict(near: tuple[float, float, float], equal: bool = False, opened: bool 
 
 LABELS = {
     "quantity": Out("quantity", "quantity", ""),
+    "quantity_name": Out("quantity", "the quantity", ""),
     "quantity_units": Out("quantity", "units of the quantity", ""),
     "parameter": Out("parameter", "parameter", ""),
+    "parameter_name": Out("parameter", "the parameter", ""),
     "parameter_units": Out("parameter", "units of the parameter", ""),
 }
 
 
 def labels(quantities: list, keys: tuple[str, ...], mechanism: Mechanism | TestSystem) -> dict[str, Any]:
     """Values of `LABELS`: names and units of quantities and parameters."""
-    units = ["1" if key.startswith(selection.INITIAL) else Parameter(mechanism, key).cf_units for key in keys]
+    named = [
+        (f"start of {key.removeprefix(selection.INITIAL).replace('_', ' ')}", "1")
+        if key.startswith(selection.INITIAL)
+        else (Parameter(mechanism, key).noun, Parameter(mechanism, key).cf_units)
+        for key in keys
+    ]
     return {
         "quantity": np.array([each.name for each in quantities]),
+        "quantity_name": np.array([each.noun for each in quantities]),
         "quantity_units": np.array([each.units for each in quantities]),
         "parameter": np.array(list(keys)),
-        "parameter_units": np.array(units),
+        "parameter_name": np.array([name for name, _ in named]),
+        "parameter_units": np.array([units for _, units in named]),
     }

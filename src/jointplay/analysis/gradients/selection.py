@@ -38,6 +38,18 @@ class Quantity:
     key: str
     units: str
 
+    @property
+    def noun(self) -> str:
+        """What it is, as ``largest normal contact force, B`` or ``work of the drive``."""
+        word, _, label = self.key.partition(":")
+        if self.how not in POINTS:
+            return " ".join(
+                [self.how.replace("_", " "), *["of the"] * (self.how == "work"), self.key]
+            ).strip()
+        what = WORDS[word].long_name if word in WORDS else "state"
+        what = f"{what} at the end" if self.how == "end" else f"{self.how} {what}"
+        return f"{what}, {label}" if label else what
+
 
 def quantity(name: str) -> Quantity:
     """The quantity of this name, which is a right one."""
@@ -98,6 +110,15 @@ def usual_quantities(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
         return tuple(name for name in known_quantities(mechanism) if name.startswith("end:"))
     soft = [name for joint in mechanism.clearance_joints if not _rigid(joint) for name in joint.contacts]
     return (*(f"largest:normal_force:{name}" for name in soft), "work:drive", "time")
+
+
+def largest_forces(mechanism: Mechanism | TestSystem) -> dict[str, str]:
+    """Quantities of the largest force by joint, those that bear on their contacts first."""
+    names = () if isinstance(mechanism, TestSystem) else known_quantities(mechanism)
+    heads = ("largest:normal_force:", "largest:reaction:")
+    rigid = {} if not names else {n for j in mechanism.clearance_joints if _rigid(j) for n in j.contacts}
+    found = {n.rpartition(":")[2]: n for head in heads for n in names if n.startswith(head)}
+    return {joint: name for joint, name in found.items() if joint not in rigid}
 
 
 def usual_parameters(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:

@@ -147,7 +147,8 @@ def _missed(result: xr.Dataset) -> list[str]:
 IN_QUANTITY, IN_PARAMETER = "in the units of quantity_units", "in the units of parameter_units"
 OUTPUTS = Outputs(
     "optimise",
-    gradient_dataset.LABELS | {"side": Out("side", "side of the optimum", "")},
+    gradient_dataset.LABELS
+    | {"side": Out("side", "side of the optimum", ""), "joint": Out("joint", "joint", "")},
     {
         "tried_value": Out(("iteration", "parameter"), f"value tried, {IN_PARAMETER}"),
         "tried_quantity": Out(("iteration", "quantity"), f"value, {IN_QUANTITY}"),
@@ -169,6 +170,8 @@ OUTPUTS = Outputs(
         "before": Out("quantity", f"of the motion at first, {IN_QUANTITY}"),
         "after": Out("quantity", f"of the motion at the optimum, followed from its start, {IN_QUANTITY}"),
         "confirmed_to": Out("quantity", "relative difference of value and after"),
+        "force_before": Out("joint", "largest force before, of contacts the normal force", "N"),
+        "force_after": Out("joint", "largest force after, of contacts the normal force", "N"),
         "course_before": Out("time_before", "{name}", "{units}", "at first"),
         "time_before": Out("time_before", "time", "s"),
         "course_after": Out("time_after", "{name}", "{units}", "at the optimum"),
@@ -353,8 +356,9 @@ def optimise(
     aim = aim.sized(found)
     table = _designs_tried(trials, aim) | _optimum(trials, found, first)
     table |= neighbour_values(trials, aim, found, neighbourhood, tolerance)
-    runs = [followed(design, names, by, settings) for design in (mechanism, trials.design(found.x))]
-    table |= _motions(runs, found)
+    forces, designs = selection.largest_forces(mechanism), (mechanism, trials.design(found.x))
+    runs = [followed(design, (*names, *forces.values()), by, settings) for design in designs]
+    table |= _motions(runs, found) | ({"joint": np.array([*forces])} if forces else {})
     table |= {"end": ENDS.index(end), "missed": aim.missed(found), "play_kept": kept}
     table |= {"limit_low": aim.limits[:, 0], "limit_high": aim.limits[:, 1]} | ended(found.status, began)
     table |= gradient_dataset.labels([selection.quantity(name) for name in names], tuple(by), mechanism)
@@ -386,12 +390,16 @@ def _optimum(trials: Trials, found: Trial, first: np.ndarray) -> dict[str, Any]:
 
 
 def _motions(runs: list, found: Trial) -> dict[str, Any]:
-    """Values of the motions before and after, and their courses."""
+    """Values of the motions before and after, their forces, and their courses."""
     (before, first), (after, last) = runs
+    count = len(found.values)
+    (before, after), forces = (before[:count], after[:count]), (before[count:], after[count:])
     with np.errstate(invalid="ignore", divide="ignore"):
         apart = np.abs(after - found.values) / np.where(found.values != 0, np.abs(found.values), 1.0)
     table = {"value": found.values, "before": before, "after": after, "confirmed_to": apart}
-    for name, course in (("before", first), ("after", last)):
+    for name, course, force in (("before", first, forces[0]), ("after", last, forces[1])):
+        if force.size:
+            table[f"force_{name}"] = force
         if course is not None:
             table |= {f"course_{name}": course.values, f"time_{name}": course["time"].values}
     return table

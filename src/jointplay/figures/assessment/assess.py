@@ -144,8 +144,7 @@ def _over(ax: Axes, one: Dataset, values: np.ndarray) -> None:
         ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         ax.xaxis.set_minor_locator(NullLocator())
-    noun = str(one["parameter_name"].values)
-    label = artists.with_unit(f"{noun[0].upper()}{noun[1:]}", symbol)
+    label = artists.with_unit(artists.capital(str(one["parameter_name"].values)), symbol)
     ax.set(xlim=tuple(sorted((values[0], values[-1]))), xlabel=label)
 
 

@@ -143,6 +143,11 @@ def axis_label(array: DataArray, unit: Shown) -> str:
     return with_unit(select.title(array), unit.symbol)
 
 
+def capital(words: str) -> str:
+    """Return words as they begin a label."""
+    return words[:1].upper() + words[1:]
+
+
 def with_unit(words: str, symbol: str) -> str:
     """Return words with the symbol of a unit, if there is one."""
     return words if symbol in PLAIN.values() else f"{words} ({symbol})"

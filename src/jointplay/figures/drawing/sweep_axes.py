@@ -98,21 +98,28 @@ def is_log(values: np.ndarray) -> bool:
 
 def parameter_axis(ax: Axes, axis: DataArray, which: str = "x") -> Shown:
     """Set scale, limits, numbers and label of an axis for a parameter; return its unit."""
-    from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
-
     values, unit = artists.displayed(axis)
     log = is_log(values)
-    ax.set(**{f"{which}label": artists.axis_label(axis, unit), f"{which}scale": "log" if log else "linear"})
-    if log and values[-1] < 1e3 * values[0]:
-        numbers = getattr(ax, f"{which}axis")
-        numbers.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        numbers.set_major_formatter(StrMethodFormatter("{x:g}"))
-        numbers.set_minor_locator(NullLocator())
+    ax.set(**{f"{which}label": artists.axis_label(axis, unit)})
+    if log:
+        logarithmic(ax, values[0], values[-1], which)
     if values.size > 1:
         borders, step = values[[0, -1]], np.array([-0.01, 0.01])
         away = (values[-1] / values[0]) ** step if log else step * np.ptp(values)
         ax.set(**{f"{which}lim": borders * away if log else borders + away})
     return unit
+
+
+def logarithmic(ax: Axes, low: float, high: float, which: str = "x") -> None:
+    """Give an axis a scale of logarithms; where it is short, with numbers at 1, 2 and 5."""
+    from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
+
+    ax.set(**{f"{which}scale": "log"})
+    if high < 1e3 * low:
+        numbers = getattr(ax, f"{which}axis")
+        numbers.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        numbers.set_major_formatter(StrMethodFormatter("{x:g}"))
+        numbers.set_minor_locator(NullLocator())
 
 
 def edges(values: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,8 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from xarray import Dataset
 
-ROW, HEAD, WIDE = 4.5, 20.0, 4  # mm a parameter; mm; panels side by side
-NAMES = 46.0  # mm for the parameters' names
+ROW, HEAD, WIDE = 5.5, 22.0, 4  # mm a parameter; mm; panels side by side
+NAMES, LETTERS = 52.0, 34  # for the parameters' names: mm, letters in a line
 
 
 @picture()
@@ -26,7 +27,7 @@ def gradient(dataset: Dataset) -> Figure:
     dataset : Dataset
         What `jointplay.gradient` returned.
     """
-    select.require(dataset, "gradient", ("relative_sensitivity", "derivative", "error"))
+    select.require(dataset, "gradient", ("relative_sensitivity", "derivative", "parameter_name"))
     shown = dataset["relative_sensitivity"]
     told = np.flatnonzero(np.isfinite(shown.values).any(axis=1))[:WIDE]
     figure = style.sheet(NAMES + 33.5 * max(len(told), 1), HEAD + ROW * dataset.sizes["parameter"])
@@ -45,9 +46,9 @@ def gradient(dataset: Dataset) -> Figure:
         ax.errorbar(np.nan_to_num(size), rows, xerr=error, fmt="none", ecolor="black", elinewidth=0.8)
         ax.axvline(0, color=style.GREY, linewidth=0.6)
         ax.set(xlabel="Relative sensitivity")
-        artists.heading(ax, str(dataset["quantity"].values[i]).replace(":", ": ", 1))
-    names = [str(name) for name in dataset["parameter"].values[order]]
-    axes[0].set_yticks(rows, names)
+        artists.heading(ax, artists.capital(str(dataset["quantity_name"].values[i])))
+    names = [artists.capital(str(name)) for name in dataset["parameter_name"].values[order]]
+    axes[0].set_yticks(rows, [fill(name, LETTERS) for name in names])
     axes[0].invert_yaxis()
     artists.letter(axes)
     return artists.finish(figure, dataset)

@@ -33,9 +33,13 @@ MARKS = {  # kind of special point: marker, name
 }
 OVER = {"color": style.BLACK, "markersize": 1.0, "zorder": 2.6}  # points of a diagram, seen on branches
 UNDER = "bifurcation diagram"
+SCALES, WIDTHS, AROUND = ("linear", "log"), (0.8, 1.0), 0.05  # of panels; of y beyond what is drawn
 
 
-@picture(checks={"limits": lambda value: lines(value)})
+@picture(
+    choices={"scale": SCALES},
+    checks={"limits": lambda value: lines(value), "detail": lambda value: stretch(value)},
+)
 def continuation(
     dataset: Dataset,
     *,
@@ -44,6 +48,8 @@ def continuation(
     joint: str | None = None,
     multipliers: bool = False,
     limits: Sequence[Any] | None = None,
+    scale: str = "linear",
+    detail: Sequence[float] | None = None,
     over: Dataset | None = None,
 ) -> Figure:
     """Draw a quantity of orbits over the parameter.
@@ -59,6 +65,10 @@ def continuation(
         As in `bifurcation`.
     multipliers : bool
         Draw the moduli of the two largest multipliers below.
+    scale : {"linear", "log"}
+        Of the parameter.
+    detail : pair, optional
+        Values of the parameter between which the branches are drawn once more, enlarged, on the left.
     over : Dataset, optional
         A bifurcation diagram over the same parameter, drawn as small points.
     """
@@ -67,19 +77,50 @@ def continuation(
     select.switch("multipliers", multipliers)
     marked = lines(limits)
     figure = style.sheet(180.0, 122.0 if multipliers else 86.0)
-    heights = (2, 1) if multipliers else (1,)
-    axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
-    frame = background(axes[0], dataset, over, quantity, link, joint)
-    branches(axes[0], dataset, frame)
-    if multipliers:
-        moduli(axes[1], dataset, frame)
-        axes[0].set_xlabel("")
-    for number, ax in enumerate(axes):
-        mark(ax, marked, frame.x, named=number == 0)
+    heights, parts = (2, 1) if multipliers else (1,), [stretch(detail), ()] if detail is not None else [()]
+    layout = {"height_ratios": heights, "width_ratios": WIDTHS[-len(parts) :]}
+    axes = figure.subplots(len(heights), len(parts), sharex="col", squeeze=False, **layout)
+    for column, part in zip(axes.T, parts, strict=True):
+        frame = background(column[0], dataset, over, quantity, link, joint)
+        branches(column[0], dataset, frame)
+        if multipliers:
+            moduli(column[1], dataset, frame)
+            column[0].set_xlabel("")
+        reach(column[0], dataset, frame, scale, part)
+        shown = [one for one in marked if not part or part[0] <= one[0] <= part[1]]
+        for number, ax in enumerate(column):
+            mark(ax, shown, frame.x, named=number == 0)
+    for ax in axes[:, 1:].ravel():
+        ax.set_ylabel("")
     if "special" in dataset.dims or dataset.sizes.get("branch"):
         explain(figure, dataset, over is not None)
-    artists.letter(axes)
+    artists.letter(axes.ravel())
     return artists.finish(figure, dataset)
+
+
+def stretch(asked: Any) -> tuple[float, ...]:
+    """Return the ends of the stretch to be enlarged; none where none is asked for."""
+    return (
+        () if asked is None else select.numbers("detail", asked, 2, "two increasing values of the parameter")
+    )
+
+
+def reach(ax: Axes, dataset: Dataset, frame: Frame, scale: str, part: Sequence[float]) -> None:
+    """Give the axis of the parameter its scale, or cut a panel down to a part of it, and to what is there."""
+    x = dataset[frame.parameter].values * frame.x.factor
+    if part:
+        low, high = np.array(part) * frame.x.factor
+        there = [
+            line.get_ydata()[(line.get_xdata() >= low) & (line.get_xdata() <= high)] for line in ax.lines
+        ]
+        if not (y := np.concatenate(there))[np.isfinite(y)].size:
+            raise select.refuse("detail", list(part), "a stretch of the parameter that a branch reaches")
+        pad = AROUND * (np.nanmax(y) - np.nanmin(y))
+        ax.set(xlim=(low, high), ylim=(np.nanmin(y) - pad, np.nanmax(y) + pad))
+    elif select.choice("scale", scale, SCALES) == "log":
+        if not np.nanmin(x, initial=np.inf) > 0:
+            raise select.refuse("scale", scale, "linear: values of the parameter are not all above 0")
+        sweep_axes.logarithmic(ax, np.nanmin(x), np.nanmax(x))
 
 
 def background(ax: Axes, dataset: Dataset, over, quantity, link, joint) -> Frame:

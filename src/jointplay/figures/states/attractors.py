@@ -1,4 +1,8 @@
-"""Attractors over a parameter: points in a colour for each motion, exponents, fractions as bands."""
+"""Attractors over a parameter: points in a colour for each motion, exponents, fractions as bands.
+
+Motions that have no period anywhere share one colour: a window or one unsettled value parts a chaotic motion
+into several numbers, and nothing tells whether it is the same one on both sides.
+"""
 
 from __future__ import annotations
 
@@ -20,11 +24,13 @@ if TYPE_CHECKING:
 
 # dark and light in turn, and a pattern for each two: a grey print tells them
 COLOURS = (style.BLUE, style.AMBER, "#5b0f0f", "#56b4e9", "#007a53", "#cc79a7", "#3b1f6b", "#9a9a3c")
-REST, UNSETTLED = (
+CHAOS, REST, UNSETTLED = (
+    style.BLACK,
     "#bdbdbd",
     {"facecolor": style.DISC, "edgecolor": style.GREY, "hatch": "////", "linewidth": 0.0},
 )
 PATTERNS, SIGNS = (None, "\\\\\\\\", "......", "xxxxx"), "o^sD"
+TITLE = "Motions, and the periods that each has somewhere along the parameter"
 NAMED = 4  # periods of a motion in the legend
 ROWS = {"points": 2.0, "exponents": 1.0, "fractions": 1.0}
 
@@ -70,28 +76,30 @@ def attractors(
 
 
 def coloured(dataset: Dataset) -> dict[int, str]:
-    """Return the colour of each motion: motions with the largest shares have one of their own."""
-    total = dataset["fraction"].fillna(0.0).sum(dataset["fraction"].dims[0]).values
-    order = np.argsort(-total, kind="stable")[: len(COLOURS)]
-    own = dict(zip(sorted(dataset["identity"].values[order].tolist()), COLOURS, strict=False))
-    return {number: own.get(number, REST) for number in dataset["identity"].values.tolist()}
+    """Return the colour of each motion: one for all without a period, others by the size of their shares."""
+    dim, numbers = dataset["fraction"].dims[0], dataset["identity"].values
+    total = dataset["fraction"].fillna(0.0).sum(dim).values
+    periodic = (dataset["period"] > 0).any(dim).values
+    order = [i for i in np.argsort(-total, kind="stable") if periodic[i]][: len(COLOURS)]
+    own = dict(zip(sorted(numbers[order].tolist()), COLOURS, strict=False))
+    known = zip(numbers.tolist(), periodic, strict=True)
+    return {number: own.get(number, REST) if has else CHAOS for number, has in known}
 
 
 def band(place: int) -> dict[str, Any]:
     """Return the style of an area of the motion with the colour of this place."""
-    colour = COLOURS[place] if place < len(COLOURS) else REST
-    pattern = PATTERNS[place // 2] if place < len(COLOURS) else None
+    return area(COLOURS[place] if place < len(COLOURS) else REST)
+
+
+def area(colour: str) -> dict[str, Any]:
+    """Return the style of an area of motions with this colour."""
+    pattern = PATTERNS[COLOURS.index(colour) // 2] if colour in COLOURS else None
     return {"facecolor": colour, "edgecolor": "white", "hatch": pattern, "linewidth": 0.0}
 
 
-def place_of(colour: str) -> int:
-    """Return the place of a colour; that of the rest is beyond."""
-    return COLOURS.index(colour) if colour in COLOURS else len(COLOURS)
-
-
 def sign(colour: str) -> str:
-    """Return the marker of the points of the motion with this colour."""
-    return SIGNS[place_of(colour) // 2 % len(SIGNS)]
+    """Return the marker of the points of motions with this colour."""
+    return SIGNS[COLOURS.index(colour) // 2 % len(SIGNS)] if colour in COLOURS else SIGNS[0]
 
 
 def points(ax: Axes, array: DataArray, axis: DataArray, unit: Shown, colours: dict[int, str]) -> None:
@@ -115,7 +123,10 @@ def exponents(ax: Axes, dataset: Dataset, name: str, unit: Shown, colours: dict[
         y, error = means.sel(identity=number).values, ERRORS * errors.sel(identity=number).values
         periodic = dataset["period"].sel(identity=number).values > 0
         error = np.where(periodic, 0.0, error)  # there the standard error exaggerates
-        artists.curve(ax, x, y, color=colour, linestyle="-")
+        if colour == REST:  # several motions: no line joins them
+            ax.plot(x, y, "o", color=colour, markersize=2.0)
+        else:
+            artists.curve(ax, x, y, color=colour, linestyle="-")
         ax.fill_between(x, y - error, y + error, color=colour, alpha=0.25, linewidth=0)
     ax.set_ylabel("Largest exponent\nper turn")
 
@@ -124,7 +135,7 @@ def fractions(ax: Axes, dataset: Dataset, name: str, unit: Shown, colours: dict[
     """Draw fractions of the starts as bands, one on the other; on top the starts that did not settle."""
     x = sweep_axes.edges(dataset[name].values * unit.factor)
     shares = dataset["fraction"].transpose("identity", name).fillna(0.0).values
-    rows = [*zip(shares, (band(place_of(c)) for c in colours.values()), strict=True)]
+    rows = [*zip(shares, map(area, colours.values()), strict=True)]
     rows.append((dataset["fraction_unsettled"].fillna(0.0).values, UNSETTLED))
     below = np.zeros(len(x) - 1)
     for share, look in rows:
@@ -141,18 +152,21 @@ def explain(figure: Figure, dataset: Dataset, colours: dict[int, str]) -> None:
 
     entries: dict[str, Any] = {}
     for number, colour in colours.items():
-        if colour != REST:
+        if colour not in (REST, CHAOS):
             found = np.unique(dataset["period"].sel(identity=number).values)
             periods = [str(p) for p in found if p > 0]
             periods = [*periods[:NAMED], *["\N{HORIZONTAL ELLIPSIS}"] * (len(periods) > NAMED)]
-            words = [f"period {', '.join(periods)}"] * bool(periods) + ["no period"] * (0 in found)
-            entries[f"{number}: {', '.join(words)}"] = both(colour)
+            none = " or none" * (0 in found)
+            entries[f"{number}: period {', '.join(periods)}{none}"] = both(colour)
+    if CHAOS in colours.values():
+        entries["no period"] = both(CHAOS)
     if rest := sum(colour == REST for colour in colours.values()):
         entries[f"{rest} more"] = both(REST)
     if (dataset["fraction_unsettled"] > 0).any():
         entries["not settled"] = Patch(**UNSETTLED)
     kinds = {tuple: HandlerTuple(None)}
-    figure.legend(entries.values(), entries.keys(), loc="outside lower left", ncols=3, handler_map=kinds)
+    look = {"loc": "outside lower left", "ncols": 3, "alignment": "left", "handler_map": kinds}
+    figure.legend(entries.values(), entries.keys(), title=TITLE, **look)
 
 
 def both(colour: str) -> tuple[Patch, Line2D]:
@@ -161,4 +175,4 @@ def both(colour: str) -> tuple[Patch, Line2D]:
     from matplotlib.patches import Patch
 
     point = {"color": colour, "marker": sign(colour), "markersize": 3.0, "markeredgewidth": 0}
-    return Patch(**band(place_of(colour))), Line2D([], [], linestyle="none", **point)
+    return Patch(**area(colour)), Line2D([], [], linestyle="none", **point)

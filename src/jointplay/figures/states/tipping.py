@@ -16,7 +16,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from xarray import Dataset
 
-NAMES = {"impulse": "Moment on", "blow": "Impulse at", "shift": "Shift of journal", "state": "Change of"}
+NAMES = {  # kinds of knock: what is smallest, and of what
+    "impulse": ("Smallest angular impulse", "Link"),
+    "blow": ("Smallest impulse", "Joint"),
+    "shift": ("Smallest shift of the journal", "Joint"),
+    "state": ("Smallest change", "State"),
+}
+LONGEST = 20  # characters of a label in a line
 DASHES = ("-", (0, (5, 1.5)), (0, (6, 1, 1, 1)), (0, (1.5, 1)))
 WIDE = 0.8  # of the place of a kind of knock, that its bars take
 
@@ -40,6 +46,8 @@ def tipping(dataset: Dataset) -> Figure:
     axes = figure.subplots(1 + len(groups), 1, squeeze=False)[:, 0]
     for ax, kind in zip(axes, groups, strict=False):
         bars(ax, dataset.isel(knock=[n for n, each in enumerate(kinds) if each == kind]), NAMES[kind])
+    if groups:
+        artists.heading(axes[0], "\N{RIGHTWARDS ARROW}: motion that it leads to")
     within(axes[-1], dataset)
     artists.letter(axes)
     if dataset.sizes["number"]:
@@ -50,7 +58,7 @@ def tipping(dataset: Dataset) -> Figure:
     return artists.finish(figure, dataset)
 
 
-def bars(ax: Axes, dataset: Dataset, name: str) -> None:
+def bars(ax: Axes, dataset: Dataset, names: tuple[str, str]) -> None:
     """Draw a bar for each motion and knock, where it leads, and `?` if unconfirmed."""
     sizes = dataset["knock_size"].transpose("knock", "number").values
     unit = shown(sizes[np.isfinite(sizes)], str(dataset["knock_units"].values[0]))
@@ -67,7 +75,8 @@ def bars(ax: Axes, dataset: Dataset, name: str) -> None:
     labels = [str(each).partition(":")[2] for each in dataset["knock"].values]
     ax.set_xticks(range(len(labels)), labels)
     ax.set_xlim(-0.5, len(labels) - 0.5)
-    ax.set_ylabel(artists.with_unit(name, unit.symbol).replace(" (", "\n("))
+    ax.set_ylabel(artists.broken(artists.with_unit(names[0], unit.symbol), LONGEST))
+    ax.set_xlabel(names[1])
     ax.margins(y=0.18)
     ax.set_ylim(bottom=0.0)
 
@@ -81,4 +90,4 @@ def within(ax: Axes, dataset: Dataset) -> None:
         look = {"color": band(number - 1)["facecolor"], "linestyle": DASHES[(number - 1) // 2 % 4]}
         look["drawstyle"] = "steps-post"  # starts are looked at after so many turns, not in between
         ax.plot(one["within"].values, one["fraction_reached"].values, label=label, **look)
-    ax.set(ylim=(0, 1), xlabel="Turns", ylabel="Fraction of starts\nthere by then")
+    ax.set(ylim=(0, 1), xlabel="Turns", ylabel="Fraction of starts\nsettled by then")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,7 +44,9 @@ def parameter_map(
     direction: str | None = None,
     start: int = 0,
 ) -> Figure:
-    """Draw quantities over two parameters, a panel each; cells without a value are hatched.
+    """Draw quantities over two parameters, a panel each.
+
+    Cells without a value are hatched on grey; those that another point stands for are hatched in colour.
 
     Parameters
     ----------
@@ -60,6 +63,8 @@ def parameter_map(
     start : int
         Of which start.
     """
+    from matplotlib.patches import Patch
+
     names = sweep_axes.parameters(dataset, "parameter_map")
     if len(names) != 2:
         raise select.refuse("kind", "parameter_map", "a result over two parameters")
@@ -88,6 +93,10 @@ def parameter_map(
             ax.set_xlabel("")
     for ax in axes[len(wanted) :]:
         ax.set_axis_off()
+    if stand_ins(dataset) is not None:
+        with hatched() as look:
+            note = "hatched: not computed, and shown as the nearest computed point of its box"
+            figure.legend(handles=[Patch(label=note, **look)], loc="outside lower center")
     return artists.finish(figure, dataset)
 
 
@@ -129,11 +138,31 @@ def panel(ax: Axes, dataset: Dataset, array: DataArray, names: Sequence[str], le
     colours = classes if array.name == "period" else colour_scale
     values, label, extend, look = colours(array.transpose(*names))
     mesh, _ = sweep_axes.colour_map(ax, dataset, names, values, look)
+    if (others := stand_ins(dataset)) is not None:
+        cells = np.ma.masked_equal(others.transpose(*names).values, 0)
+        corners = mesh.get_coordinates()
+        with hatched() as look:
+            ax.pcolor(corners[..., 0], corners[..., 1], cells, rasterized=True, **look)
     told = f"{letter} {label}".lstrip()
     bar = ax.figure.colorbar(mesh, ax=ax, location="top", extend=extend, label=told, pad=0.02)
     if colours is classes:
         bar.set_ticks(range(1, LONGEST + 3), labels=[*map(str, range(1, LONGEST + 1)), f">{LONGEST}", "0"])
         bar.ax.tick_params(length=0, labelsize=SMALL, pad=rcParams["xtick.major.pad"] + LOWER)
+
+
+@contextmanager
+def hatched() -> Iterator[dict[str, Any]]:
+    """Give the look of cells that another point stands for, whose colour stays seen."""
+    from matplotlib import rc_context
+
+    with rc_context({"hatch.linewidth": 0.4}):
+        yield {"hatch": "\\\\\\\\", "facecolor": "none", "edgecolor": style.GREY, "linewidth": 0.0}
+
+
+def stand_ins(dataset: Dataset) -> DataArray | None:
+    """Return which cells another point stands for; None where all were computed."""
+    others = dataset["computed"] == 0 if "computed" in dataset else None
+    return others if others is not None and others.any() else None
 
 
 def colour_scale(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:

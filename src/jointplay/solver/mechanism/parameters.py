@@ -34,7 +34,7 @@ NAMED = [name for name, field in Changes.model_fields.items() if "units" in (fie
 _POWERS = str.maketrans("²³⁴", "234")
 EXAMPLE = "joints.B.contact.stiffness"
 # tuples of named records, and what each holds
-PARTS = {"joints": "joint", "links": "link", "springs": "spring", "loads": "load"}
+PARTS = {"joints": "joint", "links": "link", "springs": "spring", "loads": "load", "masses": "point mass"}
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ class Parameter:
 
     @property
     def noun(self) -> str:
-        """Its noun, as ``contact stiffness of joint B``."""
+        """Its noun, as ``contact stiffness of joint B`` or ``mass of the coupler``."""
         return self._field[2]
 
     @property
@@ -196,19 +196,25 @@ def _declared(mechanism: Mechanism, key: str) -> tuple[FieldInfo | Quantity | No
     record, own = mechanism, "1"
     units = mechanism._further_units(dict(mechanism)).get(path[0], {}) if path else {}
     numbers: Mapping[str, Quantity] = {}
-    for step in path:
+    whose = ""
+    for above, step in zip(["", *path], path, strict=False):
         record = below(record)[step]
+        whose = f" of {_called(PARTS[above], record.name or step)}{whose}" if above in PARTS else whose
         if laws := {Contact: LAWS, Friction: FRICTIONS}.get(type(record)):
             numbers = laws[record.law].numbers
         own = getattr(record, "units", own)
     field = getattr(type(record) if path else Changes, "model_fields", {}).get(last)
-    of_part = path and path[0] in PARTS
-    whose = f" of {PARTS[path[0]]} {below(getattr(mechanism, path[0]))[path[1]].name}" if of_part else ""
-    noun = (getattr(field, "description", None) or last.replace("_", " ")) + whose
+    what, about, axis = (getattr(field, "description", None) or last.replace("_", " ")).partition(" about ")
+    noun = what + whose + about + axis
     if last in numbers:
         return numbers[last], numbers[last].units, noun
     declared = (field and units_of(field)) or "1"
     return field, units.get(last, own if declared == FORCES else declared), noun
+
+
+def _called(what: str, name: str) -> str:
+    """A part by its name: the coupler, joint B."""
+    return f"the {name}" if re.fullmatch("[a-z]{2,}", name) else f"{what} {name.strip('[]')}"
 
 
 def cf_units(units: str) -> str:

@@ -66,7 +66,7 @@ class PointMass(Record):
     """
 
     at: Place = measured("distance along the link", "m")
-    mass: Positive = measured("point mass", "kg")
+    mass: Positive = measured("mass", "kg")
     name: Name | None = None
 
 
