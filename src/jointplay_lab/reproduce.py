@@ -5,9 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from jointplay import figures
 from jointplay.display.errors import InputError, Problem, unknown
@@ -23,12 +24,29 @@ from jointplay.study.toml_text import parse, read_text
 
 FOLDER = Path("studies") / "paper"
 DIED = "a worker process died, as when memory runs out; try --jobs 1"
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """Studies whose figures are compared: what their figures and the sheet take beside."""
+
+    parts: tuple[str, ...]
+    options: dict[str, Any] = field(default_factory=dict)
+    layout: dict[str, Any] = field(default_factory=dict)
+
+
 SHEETS = {
-    "fig03": ("fig03a", "fig03b"),
-    "fig05": ("fig05a", "fig05b"),
-    "fig06": ("fig06a", "fig06b"),
-    "fig08_09": ("fig08", "fig09a", "fig09b"),
-    "fig12": ("fig12a", "fig12b", "fig12c"),
+    "fig03": Sheet(("fig03a", "fig03b")),
+    "fig05": Sheet(("fig05a", "fig05b")),
+    "fig06": Sheet(("fig06a", "fig06b")),
+    "fig05_06": Sheet(
+        ("fig05a", "fig05b", "fig06a", "fig06b"),
+        {"turns": [20, 22], "axis": ["turns", "time"]},
+        {"columns": 2},
+    ),
+    # the vibration of the start, and what damping has left of it
+    "fig08_09b": Sheet(("fig08", "fig09b"), layout={"windows": [(0.0, 0.01), (0.01, 0.02)]}),
+    "fig12": Sheet(("fig12a", "fig12b", "fig12c")),
 }
 
 
@@ -190,11 +208,11 @@ def write_sheets(folder: Path, out: Path, anew: Collection[str]) -> list[Path]:
         The files written.
     """
     files = []
-    for name, parts in SHEETS.items():
+    for name, sheet in SHEETS.items():
+        parts = sheet.parts
         there = all((out / f"{part}.nc").exists() and (folder / f"{part}.toml").exists() for part in parts)
         if there and not set(parts).isdisjoint(anew):
-            drawn = figures.sheet_of(
-                [(open_result(out / f"{p}.nc"), load(folder / f"{p}.toml").record.figure) for p in parts]
-            )
+            each = [(open_result(out / f"{p}.nc"), load(folder / f"{p}.toml").record.figure) for p in parts]
+            drawn = figures.sheet_of([(one, own | sheet.options) for one, own in each], **sheet.layout)
             files += [write_figure(drawn, out / f"{name}.{ending}") for ending in ("pdf", "png")]
     return files

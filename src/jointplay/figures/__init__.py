@@ -17,7 +17,7 @@ from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.mechanism.signature import checked
 
 from .check import problems, study_problems
-from .comparison import compared
+from .comparison import compared, overlaid
 from .registry import ABOUT, GENERAL, KINDS, suited, suited_to, usual
 
 if TYPE_CHECKING:
@@ -106,15 +106,23 @@ def _one(dataset: Dataset | Mechanism, options: dict[str, Any]) -> Figure:
         return panel.owner(KINDS[known["kind"]](dataset, **options))
 
 
-def sheet_of(parts: Sequence[tuple[Dataset, dict[str, Any]]]) -> Figure:
-    """Draw results on one sheet with the same axes, each with its own options as in `draw`."""
+def sheet_of(
+    parts: Sequence[tuple[Dataset, dict[str, Any]]],
+    columns: int | None = None,
+    windows: Sequence[Sequence[float]] | None = None,
+) -> Figure:
+    """Draw results on one sheet with the same axes, each with its own options as in `draw`.
+
+    In so many `columns`; with `windows`, pairs of times in s, their curves over each other, a panel each.
+    """
     general = {name: parts[0][1][name] for name in GENERAL if name in parts[0][1]}
     own = [
         (one, {"kind": usual_kind(one, options)} | {k: v for k, v in options.items() if k not in GENERAL})
         for one, options in parts
     ]
     with style.settings(**general):
-        return panel.owner(compared(own, draw))
+        sheet = compared(own, draw, columns) if windows is None else overlaid(own, draw, windows)
+        return panel.owner(sheet)
 
 
 def of_sweep(dataset: Dataset, options: dict) -> dict | None:

@@ -20,13 +20,18 @@ ROW, COLUMN = 54.0, 118.0  # mm of height: of a result below others, and beside 
 UPRIGHT = ("poincare_section",)  # kinds that stand beside each other
 LETTER = re.compile(r"^\([a-z]\) *")
 WIDE = 1.9  # mm a letter
+LEGEND = 16.0  # mm
+OVER = (
+    {"color": style.AMBER, "linewidth": 2.0, "linestyle": "-"},
+    {"color": style.BLACK, "linewidth": 0.8, "linestyle": "-"},
+)
 AROUND = 0.03  # of an axis that several panels have in common
 
 Part: TypeAlias = "tuple[Dataset, dict[str, Any]]"
 
 
-def compared(parts: Sequence[Part], draw: Callable[..., Figure]) -> Figure:
-    """Draw results on one sheet, in a column or a row; axes that show the same unit have one scale.
+def compared(parts: Sequence[Part], draw: Callable[..., Figure], columns: int | None = None) -> Figure:
+    """Draw results on one sheet, in columns or a row; axes that show the same unit have one scale.
 
     Parameters
     ----------
@@ -34,15 +39,19 @@ def compared(parts: Sequence[Part], draw: Callable[..., Figure]) -> Figure:
         Results, with the options of the figure of each.
     draw : callable
         Draws one result with its options, and ``ax`` among them.
+    columns : int, optional
+        How many beside each other; by default all that are upright, and else one.
     """
     count, upright = len(parts), all(options.get("kind") in UPRIGHT for _, options in parts)
+    columns = columns or (count if upright else 1)
+    rows = -(-count // columns)
     with style.paper():
-        figure = style.sheet(180.0, COLUMN if upright else ROW * count)
-        places = figure.subfigures(*((1, count) if upright else (count, 1)), squeeze=False).ravel()
+        figure = style.sheet(180.0, COLUMN if upright else ROW * rows)
+        places = figure.subfigures(rows, columns, squeeze=False).ravel()
         with style.settings(ax=None, same_sheet=tuple(dataset for dataset, _ in parts)):
             for place, (dataset, options) in zip(places, parts, strict=True):
                 draw(dataset, options | {"ax": place})
-                title(place, dataset, 180.0 / count if upright else 180.0)
+                title(place, dataset, 180.0 / columns)
         panels = [place.axes for place in places]
         if len({len(row) for row in panels}) == 1:
             for same in zip(*panels, strict=True):
@@ -50,10 +59,45 @@ def compared(parts: Sequence[Part], draw: Callable[..., Figure]) -> Figure:
             if upright:
                 align(places)
             else:
-                once(panels)
+                for column in range(columns):
+                    once(panels[column::columns])
+                for row in range(0, count, columns):
+                    same_lines(places[row : row + columns])
         artists.settle(figure)
-        if not upright:
-            level(figure, panels)
+        for column in range(columns * (not upright)):
+            level(figure, panels[column::columns])
+    return figure
+
+
+def overlaid(
+    parts: Sequence[Part], draw: Callable[..., Figure], windows: Sequence[Sequence[float]]
+) -> Figure:
+    """Draw curves of results over each other, a panel for each window of time; the first is broad and light.
+
+    Parameters
+    ----------
+    parts, draw
+        As in `compared`; of figures that have one panel.
+    windows : sequence of pair
+        First and last time of each panel, s.
+    """
+    with style.paper(), style.settings(ax=None, same_sheet=tuple(dataset for dataset, _ in parts)):
+        figure = style.sheet(180.0, ROW * len(windows) + LEGEND)
+        axes = figure.subplots(len(windows), 1, squeeze=False)[:, 0]
+        for ax, window in zip(axes, windows, strict=True):
+            for look, (dataset, options) in zip(OVER, parts, strict=False):
+                drawn = len(ax.lines)
+                draw(dataset, options | {"time": list(window), "ax": ax})
+                for line in ax.lines[drawn:]:
+                    line.set(**look, label=str(dataset.attrs.get("title", "")))
+            for upper in list(ax.child_axes[1:]):
+                upper.remove()
+            if legend := ax.get_legend():  # of curves that the drawing of a single result named
+                legend.remove()
+            artists.heading(ax, beside_top_axis=True)
+        artists.letter(axes)
+        artists.shared_legend(figure, axes, 1)
+        artists.settle(figure)
     return figure
 
 
@@ -100,6 +144,14 @@ def align(places: Sequence[SubFigure]) -> None:
         place.suptitle(first, fontsize=8)
         for ax, text in zip(place.axes, rest, strict=True):
             ax.set_title(text, loc="left")
+
+
+def same_lines(places: Sequence[SubFigure]) -> None:
+    """Give titles beside each other the same number of lines."""
+    most = max(place.get_suptitle().count("\n") for place in places)
+    for place in places:
+        words = place.get_suptitle()
+        place.suptitle("\n" * (most - words.count("\n")) + words, fontsize=8)
 
 
 def headings(places: Sequence[SubFigure]) -> list[list[str]]:

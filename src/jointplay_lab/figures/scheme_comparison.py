@@ -57,7 +57,7 @@ def scheme_comparison(dataset: Dataset, *, measure: str = "deflection") -> Figur
 
 
 def look(dataset: Dataset, number: int) -> dict:
-    """Return the line style of a case: colour and marker by its clearance, dashes by its start."""
+    """Return the style of a case: colour by its clearance, dashes by its start, and a marker of its own."""
     case = dataset.isel(case=number)
     place = dict.fromkeys(("clearance", "start_turn"), number)
     for name in place:
@@ -66,7 +66,7 @@ def look(dataset: Dataset, number: int) -> dict:
     kind = place["clearance"]
     return {
         "color": COLOURS[kind % len(COLOURS)],
-        "marker": MARKERS[kind % len(MARKERS)],
+        "marker": MARKERS[(kind + 3 * place["start_turn"]) % len(MARKERS)],
         "linestyle": DASHES[place["start_turn"] % len(DASHES)],
         "markersize": 3.0,
         "linewidth": 0.8,
@@ -91,14 +91,15 @@ def passes_panel(ax: Axes, errors: DataArray, looks: list[dict]) -> None:
 
 
 def work_panel(ax: Axes, dataset: Dataset, looks: list[dict]) -> None:
-    """Draw error over run time of both methods, a line a case and method."""
+    """Draw error over run time of both methods, points of a case and method; run times scatter: no lines."""
     for method, hollow in (("scheme", True), ("monolithic", False)):
         times, errors = (
             dataset[f"{method}_{name}"].transpose("case", ...).values for name in ("run_time", "error")
         )
         for x, y, one in zip(times, errors, looks, strict=True):
             there = np.isfinite(x) & np.isfinite(y)
-            ax.plot(1e3 * x[there], y[there], markerfacecolor="white" if hollow else one["color"], **one)
+            alone = one | {"markerfacecolor": "white" if hollow else one["color"], "linestyle": "none"}
+            ax.plot(1e3 * x[there], y[there], **alone)
     ax.set(xscale="log", yscale="log")
     ax.set(xlabel="Run time per turn (ms)", ylabel="Error of the deflection")
 

@@ -29,6 +29,8 @@ def poincare_section(
     joint: str | None = None,
     turns: float | Sequence[float] | None = None,
     zoom: bool = False,
+    xlim: Sequence[float] | None = None,
+    ylim: Sequence[float] | None = None,
 ) -> Figure:
     """Draw the points of a section: the journal in its clearance circle, and one variable over another.
 
@@ -46,6 +48,8 @@ def poincare_section(
         The last so many crossings, or [first, last] counted from 0; by default all.
     zoom : bool
         Cut the first panel down to the points, instead of showing the whole clearance circle.
+    xlim, ylim : pair, optional
+        Lowest and highest value of the second panel's variables, in SI units; by default around the points.
     """
     from matplotlib.figure import SubFigure
 
@@ -61,7 +65,7 @@ def poincare_section(
         journal_points(axes[0], part, joint, zoom, counted(part))
     told = "" if orbit else counted(part)
     one = orbit and repeated(part, select.label(part, "joint", joint))[0] == 1
-    variable_points(axes[-1], part, x, y, link, joint, told, one)
+    variable_points(axes[-1], part, x, y, link, joint, told, one, (xlim, ylim))
     artists.letter(axes)
     return artists.finish(figure, dataset)
 
@@ -110,7 +114,17 @@ def words(period: int, missed: float, count: str) -> str:
     return f"{count}: period\N{NO-BREAK SPACE}{period}, {within if missed else 'all the same'}"
 
 
-def variable_points(ax: Axes, dataset: Dataset, x, y, link=None, joint=None, count="", single=False) -> None:
+def variable_points(
+    ax: Axes,
+    dataset: Dataset,
+    x,
+    y,
+    link=None,
+    joint=None,
+    count="",
+    single=False,
+    ends: Sequence[Sequence[float] | None] = (None, None),
+) -> None:
     """Draw one variable over another at the crossings; `single` where they are one point but for rounding."""
     one, two = pair(dataset, x, y, "turn", link, joint)
     if x is None and style.same_sheet():
@@ -118,6 +132,10 @@ def variable_points(ax: Axes, dataset: Dataset, x, y, link=None, joint=None, cou
     (xs, x_unit), (ys, y_unit) = artists.displayed(one), artists.displayed(two)
     artists.cloud(ax, xs, ys)
     artists.roomy(ax, xs, ys, single)
+    for way, asked, unit in zip("xy", ends, (x_unit, y_unit), strict=True):
+        if asked is not None and not style.same_sheet():  # on a sheet the axes of all are one
+            low, high = select.numbers(f"{way}lim", asked, 2, "two increasing numbers")
+            getattr(ax, f"set_{way}lim")(low * unit.factor, high * unit.factor)
     artists.name_axes(ax, one, x_unit, two, y_unit)
     ax.set_box_aspect(1)
     explain(ax, xs, ys, count)
