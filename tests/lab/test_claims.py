@@ -1,6 +1,7 @@
 """The paper's conclusions: the numbers behind them, and the rules by which they are graded."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import xarray as xr
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.quantities import EVENTS, STATUS
+from jointplay.display import codes
 from jointplay.display.errors import InputError
 from jointplay_lab.paper import claims as module
 from jointplay_lab.paper.claims import (
@@ -261,6 +263,27 @@ def test_damping_that_lowers_every_deflection():
         data[name].loc[{"links": "elastic 0.01", "window": "start_up"}] = 0.5
     data["irregularity"] = data["irregularity"] * 1e-5  # regular before and after
     assert graded("deflection", data)[0] == "partly"
+
+
+def test_each_comparison_is_kept_with_its_ratios_and_a_grade_of_its_own():
+    """The stored result: what it keeps of comparisons is what its own numbers give."""
+    data = jp.open(Path(__file__).parents[2] / "results" / "paper" / "claims.nc")
+    rows = {str(name): n for n, name in enumerate(data["compared"].values)}
+    force = data["peak_force"].sel(links="rigid", window="start_up")
+    kept = data["ratio"].values[rows["force at B, start-up"], :3]
+    assert kept == pytest.approx(
+        (force.sel(joints="clearance") / force.sel(joints="ideal")).values, rel=1e-12
+    )
+    grades = dict(zip(rows, codes.words(data["compared_grade"]).values, strict=True))
+    wanted = {
+        "force at B, start-up": "reproduced",
+        "force at B, steady": "partly",
+        "ideal joints, steady": "not",
+    }
+    assert wanted.items() <= grades.items()
+    for claim in ("peaks", "impacts", "deflection"):
+        holds = data["ratio_holds"].values[data["compared_for"].values == claim]
+        assert grade(holds[np.isfinite(holds)]) == codes.words(data["grade"].sel(claim=claim)).item()
 
 
 def of_panel(data, panel, **values):

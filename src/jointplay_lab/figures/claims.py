@@ -1,13 +1,14 @@
-"""Claims: a paper's conclusions, their grades, and the numbers behind these."""
+"""Claims: a paper's conclusions, the ratios by which each is graded beside a line at 1, and their grades."""
 
 from __future__ import annotations
 
-import re
-from textwrap import wrap
+from textwrap import fill
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from jointplay.display import codes
-from jointplay.figures.drawing import artists, select, table
+from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 
 if TYPE_CHECKING:
@@ -15,53 +16,91 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from xarray import Dataset
 
-COLUMNS = {"Conclusion of the paper": 48.0, "Grade": 20.0, "Numbers": 110.0}  # mm of width
-LETTERS = {"Conclusion of the paper": 37, "Grade": 14, "Numbers": 90}  # that fit them
-LINE, AROUND, HEAD = 2.95, 3.0, 6.0  # mm: a line of text, above and below it in a row, the heading
-MINUS = re.compile(r"(?<!\w)-(?=\d)")
-SHADE = {"undecidable": 0.0, "not": 0.0, "partly": 0.35, "reproduced": 0.85}
+ROW, AROUND, LINE = 6.5, 17.0, 3.4  # mm: a comparison, around a conclusion's, a line of words
+LETTERS, NAMES, AWAY = 108, 30, 3.0  # in a line of words; a ratio from which the axis has logarithms
+LOOKS = {  # of a ratio: what is concluded of it
+    "as concluded": {"color": style.BLUE, "marker": "o"},
+    "undecided": {"color": style.GREY, "marker": "D"},
+    "not as concluded": {"color": style.AMBER, "marker": "s"},
+}
+OPEN = "not as concluded"
+ERRORS = {"fmt": "none", "ecolor": style.GREY, "elinewidth": 0.8}
 
 
 @picture()
 def claims(dataset: Dataset) -> Figure:
-    """Draw a table: a row a conclusion, with its grade (the darker, the better it stands) and the evidence.
+    """Draw the ratios of what is compared, a row each, with the grade of the row and of the conclusion.
 
     Parameters
     ----------
     dataset : Dataset
         What `jointplay.claims` returned.
     """
-    select.require(dataset, "claims", ("claim", "grade", "evidence"))
-    rows = [row(dataset.isel(claim=number)) for number in range(dataset.sizes["claim"])]
-    heights = [AROUND + LINE * max(len(words.splitlines()) for words in one) for one in rows]
-    figure, ax = table.page(sum(COLUMNS.values()) + 2.0, HEAD + sum(heights) + 1.0)
-    left = 1.0
-    for name, width in COLUMNS.items():
-        table.write(ax, left + 1.0, HEAD - 2.5, name, fontsize=7.5)
-        left += width
-    top = HEAD
-    for words, height in zip(rows, heights, strict=True):
-        draw_row(ax, words, top, height)
-        top += height
+    select.require(dataset, "claims", ("claim", "grade", "ratio", "compared"))
+    each = [dataset.sel(claim=claim) for claim in dataset["claim"].values]
+    rows = [np.flatnonzero(dataset["compared_for"].values == one["claim"].item()) for one in each]
+    words = [fill(str(one["evidence"].item()).replace(" -", " \N{MINUS SIGN}"), LETTERS) for one in each]
+    counts = zip(rows, words, strict=True)
+    heights = [
+        AROUND + (ROW * len(row) if len(row) else LINE * (1 + text.count("\n"))) for row, text in counts
+    ]
+    figure = style.sheet(180.0, sum(heights))
+    places = figure.subfigures(len(each), 1, squeeze=False, height_ratios=heights)[:, 0]
+    for place, one, row, text in zip(places, each, rows, words, strict=True):
+        place.suptitle(title(one), x=0.01, ha="left", fontsize=8)
+        ax = place.subplots()
+        if len(row):
+            ratios(ax, dataset.isel(comparison=row))
+            ax.set_xlabel(f"Ratio: {str(one['evidence'].item()).partition(':')[0]}")
+        else:
+            ax.text(0.0, 1.0, text, transform=ax.transAxes, va="top", fontsize=7)
+            ax.set_axis_off()
+    drawn = [place.axes[0] for place, row in zip(places, rows, strict=True) if len(row)]
+    if drawn:
+        artists.shared_legend(places[-1], drawn, len(LOOKS))
     return artists.finish(figure, dataset)
 
 
-def row(one: Dataset) -> tuple[str, ...]:
-    """Return the words of a row, in lines that fit."""
-    grade = codes.words(one["grade"]).item()
-    numbers = MINUS.sub("\N{MINUS SIGN}", str(one["evidence"].item()))
-    words = (str(one.get("claim_text", one["claim"]).item()), grade, numbers)
-    return tuple("\n".join(wrap(text, LETTERS[name])) for text, name in zip(words, COLUMNS, strict=True))
+def title(one: Dataset) -> str:
+    """Return a conclusion with its grade."""
+    text = str(one.get("claim_text", one["claim"]).item())
+    return fill(f"{artists.capital(text)}: {codes.words(one['grade']).item()}", LETTERS)
 
 
-def draw_row(ax: Axes, words: tuple[str, ...], top: float, height: float) -> None:
-    """Draw one row of cells, from `top` mm on."""
-    left = 1.0
-    for name, text in zip(COLUMNS, words, strict=True):
-        box = (left, top, COLUMNS[name], height)
-        if name == "Grade":
-            table.cell(ax, box, text, SHADE.get(text, 0.0))
-        else:
-            table.cell(ax, box)
-            table.write(ax, left + 1.0, top + height / 2, text)
-        left += COLUMNS[name]
+def ratios(ax: Axes, part: Dataset) -> None:
+    """Draw ratios with three standard errors, and the grade of each row at its right end."""
+    from matplotlib.ticker import MaxNLocator
+
+    values, holds = part["ratio"].values, part["ratio_holds"].values
+    height = np.broadcast_to(np.arange(len(values))[:, None], values.shape)
+    there = np.isfinite(values)
+    of = {"as concluded": holds == 1, "undecided": there & np.isnan(holds), OPEN: holds == 0}
+    ax.axvline(1.0, color=style.BLACK, linewidth=0.8)
+    ax.errorbar(values[there], height[there], xerr=3 * part["ratio_error"].values[there], **ERRORS)
+    for name, where in of.items():
+        hollow = "white" if name == OPEN else LOOKS[name]["color"]
+        look = {"markersize": 3.5, "linestyle": "none", "markerfacecolor": hollow}
+        ax.plot(values[where], height[where], **look, **LOOKS[name], label=name)
+    names = [
+        fill(artists.capital(str(name)), NAMES, break_on_hyphens=False) for name in part["compared"].values
+    ]
+    ax.set_yticks(np.arange(len(values)), names)
+    ax.set(ylim=(len(values) - 0.5, -0.5))
+    if np.nanmax(values) > AWAY:
+        ax.set_xscale("log")
+    else:
+        ax.xaxis.set_major_locator(MaxNLocator(8))
+    grades = ax.secondary_yaxis("right")
+    each = (part.isel(comparison=row) for row in range(len(values)))
+    told = [f"{codes.words(one['compared_grade']).item()}: {count(one)}" for one in each]
+    grades.set_yticks(np.arange(len(values)), told)
+    for axis in (ax, grades):
+        axis.tick_params(axis="y", length=0)
+
+
+def count(row: Dataset) -> str:
+    """Return how many of a row's ratios are as concluded, of those that are decided."""
+    holds, there = row["ratio_holds"].values, np.isfinite(row["ratio"].values)
+    decided = np.count_nonzero(np.isfinite(holds))
+    rest = np.count_nonzero(there) - decided
+    return f"{int(np.nansum(holds))} of {decided}" + (f", {rest} undecided" if rest else "")

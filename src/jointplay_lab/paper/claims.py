@@ -27,10 +27,11 @@ What is periodic and what chaotic is decided in `jointplay_lab.paper.character`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from textwrap import wrap
-from typing import Any, Unpack
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 import xarray as xr
@@ -142,6 +143,12 @@ OUTPUTS = Outputs(
         "motion_status": Out(RUN, "how the run ended", flags=STATUS),
         "grade": Out("claim", "how the conclusion stands", flags=GRADES),
         "evidence": Out("claim", "the numbers behind the grade", ""),
+        "ratio": Out(("comparison", "pair"), "ratio of two numbers that are compared"),
+        "ratio_error": Out(("comparison", "pair"), "standard error of the ratio"),
+        "ratio_holds": Out(("comparison", "pair"), "1: as concluded; 0: not; missing: undecided"),
+        "compared": Out("comparison", "what is compared", ""),
+        "compared_for": Out("comparison", "for which conclusion", ""),
+        "compared_grade": Out("comparison", "how the comparison stands", flags=GRADES),
         "status": Out((), "ok, or how the first run that failed ended", flags=STATUS),
     },
     answer,
@@ -279,9 +286,20 @@ def _coordinates(ratios: list[float]) -> dict[str, Any]:
 def _finished(numbers: xr.Dataset) -> xr.Dataset:
     """Add grades, evidence and an overall status."""
     grades, texts = zip(*(graded(claim, numbers) for claim in CLAIMS), strict=True)
+    rows = [(claim, one) for claim in CLAIMS for one in comparisons(claim, numbers)]
+    shape = (len(rows), max(one.ratio.value.size for _, one in rows))
+    of = {name: np.full(shape, np.nan) for name in ("ratio", "ratio_error", "ratio_holds")}
+    for n, (_, one) in enumerate(rows):
+        for name, values in zip(of, (one.ratio.value, one.ratio.error, one.checks), strict=True):
+            of[name][n, : values.size] = values.ravel()
     statuses = np.concatenate([numbers[f"{name}_status"].values.ravel() for name in ("peak", "motion")])
     values = {"grade": [GRADES.index(grade) for grade in grades], "evidence": list(texts)}
     values["status"] = next(iter(statuses[statuses != 0]), 0)
+    values |= of | {
+        "compared": [f"{one.text}, {one.window}" for _, one in rows],
+        "compared_for": [claim for claim, _ in rows],
+        "compared_grade": [GRADES.index(grade(one.checks)) for _, one in rows],
+    }
     return numbers.assign(OUTPUTS.variables_of(values)[0])
 
 
@@ -302,7 +320,7 @@ class Ratio:
         low, high = self.value - ERRORS * self.error, self.value + ERRORS * self.error
         return np.where(high < 1 - MARGIN, 1.0, np.where(low >= 1 - MARGIN, 0.0, np.nan))
 
-    def __getitem__(self, rows: np.ndarray) -> Ratio:
+    def __getitem__(self, rows: Any) -> Ratio:
         return Ratio(self.value[rows], self.error[rows])
 
     def __str__(self) -> str:
@@ -343,53 +361,89 @@ def _ratio(numbers: xr.Dataset, name: str, over: dict[str, str], under: dict[str
     return Ratio(value.values, error.values)
 
 
-def _graded_peaks(numbers: xr.Dataset) -> tuple[np.ndarray, str]:
+class Comparison(NamedTuple):
+    """Ratios of one quantity in one window: what they are of, and on which side of 1 the paper has them."""
+
+    text: str
+    window: str
+    ratio: Ratio
+    way: str
+
+    @property
+    def checks(self) -> np.ndarray:
+        """1 where the ratio is on that side, 0 where it is not, NaN where undecided."""
+        return (self.ratio.above() if self.way == "above" else self.ratio.below()).ravel()
+
+    @property
+    def counted(self) -> str:
+        """How many are on that side."""
+        return _count(self.checks, f"{self.way} 1")
+
+
+def comparisons(claim: str, numbers: xr.Dataset) -> list[Comparison]:
+    """The comparisons that a conclusion is taken apart into; none of one that is no comparison."""
+    return list(_COMPARISONS[claim](numbers)) if claim in _COMPARISONS else []
+
+
+def _of_peaks(numbers: xr.Dataset) -> Iterator[Comparison]:
     texts = {"peak_force": "force at B", "peak_coupler_acceleration": "coupler acceleration"}
     texts |= {"peak_crank_acceleration": "crank acceleration"}
     rigid = numbers.sel(links="rigid").transpose("window", "panel", ...)
-    parts, checks = [], []
     for name, text in texts.items():
         ratio = _ratio(rigid, name, {"joints": "clearance"}, {"joints": "ideal"})
-        rows = (
-            f"{_plain(window)} {', '.join(plain(value, 3) for value in row)}"
-            for window, row in zip(rigid.window.values, ratio.value, strict=True)
-        )
-        parts.append(f"{text} {', '.join(rows)}")
-        checks.append(ratio.above().ravel())
-    values = np.concatenate(checks)
-    panels = ", ".join(map(str, numbers.panel.values))
-    return values, f"clearance over ideal, panels {panels}: {'; '.join(parts)} ({_count(values, 'above 1')})"
+        for number, window in enumerate(rigid.window.values):
+            yield Comparison(text, _plain(window), ratio[number], "above")
+
+
+def _of_impacts(numbers: xr.Dataset) -> Iterator[Comparison]:
+    elastic = {"links": numbers.links.values[1:]}
+    texts = {
+        "clearance": ("with clearance, where there are impacts", "below"),
+        "ideal": ("ideal joints", "above"),
+    }
+    for joints, (text, way) in texts.items():
+        for window in numbers.window.values:
+            one = numbers.sel(joints=joints, window=window).transpose("panel", ...)
+            ratio = _ratio(one, "peak_force", elastic, {"links": "rigid"})
+            if joints == "clearance":
+                ratio = ratio[one.impacts.sel(links="rigid").values > 0]
+            yield Comparison(text, _plain(window), ratio, way)
+
+
+def _of_deflection(numbers: xr.Dataset) -> Iterator[Comparison]:
+    free, damped = ({"links": f"elastic {ratio:g}"} for ratio in (0.0, 0.01))
+    texts = {"peak_deflection": "largest", "rms_deflection": "root mean square", "vibration": "fast part"}
+    texts |= {"irregularity": "turn-to-turn change"}
+    for name, text in texts.items():
+        for window in numbers.window.values if name != "irregularity" else ["steady"]:
+            yield Comparison(
+                text, _plain(window), _ratio(numbers.sel(window=window), name, damped, free), "below"
+            )
+
+
+_COMPARISONS = {"peaks": _of_peaks, "impacts": _of_impacts, "deflection": _of_deflection}
 
 
 def _plain(word: str) -> str:
     return str(word).replace("_", "-")
 
 
-def _graded_impacts(numbers: xr.Dataset) -> tuple[np.ndarray, str]:
-    elastic, checks, parts = {"links": numbers.links.values[1:]}, [], []
-    for joints, text in (("clearance", "with clearance, where there are impacts"), ("ideal", "ideal joints")):
-        for window in numbers.window.values:
-            one = numbers.sel(joints=joints, window=window).transpose("panel", ...)
-            ratio = _ratio(one, "peak_force", elastic, {"links": "rigid"})
-            if joints == "clearance":
-                ratio = ratio[one.impacts.sel(links="rigid").values > 0]
-            checks.append((ratio.below() if joints == "clearance" else ratio.above()).ravel())
-            word = "below 1" if joints == "clearance" else "above 1"
-            parts.append(f"{text}, {_plain(window)} {ratio} ({_count(checks[-1], word)})")
-    return np.concatenate(checks), "peak force, elastic over rigid: " + "; ".join(parts)
+def _graded_peaks(numbers: xr.Dataset) -> tuple[np.ndarray, str]:
+    rows, parts = comparisons("peaks", numbers), {}
+    for one in rows:
+        parts.setdefault(one.text, []).append(
+            f"{one.window} {', '.join(plain(v, 3) for v in one.ratio.value)}"
+        )
+    values = np.concatenate([one.checks for one in rows])
+    panels = ", ".join(map(str, numbers.panel.values))
+    told = "; ".join(f"{text} {', '.join(windows)}" for text, windows in parts.items())
+    return values, f"clearance over ideal, panels {panels}: {told} ({_count(values, 'above 1')})"
 
 
-def _graded_deflection(numbers: xr.Dataset) -> tuple[np.ndarray, str]:
-    free, damped = ({"links": f"elastic {ratio:g}"} for ratio in (0.0, 0.01))
-    texts = {"peak_deflection": "largest", "rms_deflection": "root mean square", "vibration": "fast part"}
-    texts |= {"irregularity": "turn-to-turn change"}
-    checks, parts = [], []
-    for name, text in texts.items():
-        for window in numbers.window.values if name != "irregularity" else ["steady"]:
-            ratio = _ratio(numbers.sel(window=window), name, damped, free)
-            checks.append(ratio.below().ravel())
-            parts.append(f"{text}, {_plain(window)} {ratio} ({_count(checks[-1], 'below 1')})")
-    return np.concatenate(checks), "deflection, damping ratio 0.01 over 0: " + "; ".join(parts)
+def _graded_by_comparison(claim: str, head: str, numbers: xr.Dataset) -> tuple[np.ndarray, str]:
+    rows = comparisons(claim, numbers)
+    parts = [f"{one.text}, {one.window} {one.ratio} ({one.counted})" for one in rows]
+    return np.concatenate([one.checks for one in rows]), f"{head}: {'; '.join(parts)}"
 
 
 def _graded_chaos(numbers: xr.Dataset) -> tuple[list[float], str]:
@@ -422,8 +476,8 @@ def _span(values: xr.DataArray) -> str:
 
 _RULES = {
     "peaks": _graded_peaks,
-    "impacts": _graded_impacts,
-    "deflection": _graded_deflection,
+    "impacts": partial(_graded_by_comparison, "impacts", "peak force, elastic over rigid"),
+    "deflection": partial(_graded_by_comparison, "deflection", "deflection, damping ratio 0.01 over 0"),
     "chaos": _graded_chaos,
 }
 

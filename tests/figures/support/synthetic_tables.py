@@ -54,6 +54,14 @@ def claims() -> xr.Dataset:
         "evidence": ("claim", evidence, {"long_name": "the numbers"}),
         "status": ((), np.int8(0), flag_words(STATUS, "outcome")),
     }
+    data |= {
+        "ratio": (("comparison", "pair"), [[0.5, 1.2], [1.5, np.nan], [20.0, 1.0]], {"units": "1"}),
+        "ratio_error": (("comparison", "pair"), [[0.01, 0.1], [0.0, np.nan], [1.0, 0.0]], {"units": "1"}),
+        "ratio_holds": (("comparison", "pair"), [[1.0, np.nan], [0.0, np.nan], [1.0, 0.0]], {"units": "1"}),
+        "compared": ("comparison", ["force at B, start-up", "force at B, steady", "fast part, steady"]),
+        "compared_for": ("comparison", ["peaks", "peaks", "impacts"]),
+        "compared_grade": ("comparison", np.int8([3, 1, 2]), flag_words(grades, "grade")),
+    }
     texts = ("claim", [f"what the paper says of {name}, at some length" for name in names])
     return xr.Dataset(data, {"claim": list(names), "claim_text": texts}, {"kind": "claims"})
 
