@@ -51,7 +51,9 @@ CALLS = {  # which together give all that their kinds declare
     "sensitivity": [{"mechanism": DUFFING, "turns": 4, "neighbours": 2, "plane": Y_V}],
     "gradient": [{"mechanism": PAIR, "orbit": True}],
     "optimise": [
-        {"mechanism": PAIR, "by": {"restitution": (0.5, 0.95)}, "least": "largest:state:v", "orbit": False}
+        {"mechanism": PAIR, "by": {"restitution": (0.5, 0.95)}, "least": "largest:state:v", "orbit": False},
+        {"mechanism": LOOSE, "by": {"gear_ratio": (2.9, 3.1)}, "least": "time", "orbit": False}
+        | {"max_iterations": 1, "max_steps": 2000},
     ],
     "tipping": [MANY | {"steps": 2, "phases": 1, "directions": 2, "edge_turns": 2}],
     "attractors": [MANY | {"over": {"gap": [2.95, 3.0]}, "lyapunov_turns": 4, "bifurcations": True}],
