@@ -129,6 +129,16 @@ def test_what_follows_an_orbit_that_is_not_found_farther_on_says_whether_it_chan
     assert np.ravel(sweep["period"]).tolist() == [1, 2]
 
 
+def test_smaller_rigid_bearings_are_looked_at():
+    """What lies on the face of the larger one is outside; a direct run at the last value says the same."""
+    here, key = present(unshown.TEN["rigid slider"](), None, BRIEF), "joints.B.clearance"
+    found = edges(here, key, "below", Search(1.02, 0.005, 2e-3), BRIEF)
+    assert found["status"] == 0, found["trouble"]
+    assert found["looked"].min() == found["limit"] == pytest.approx(2e-4 / 1.02)
+    run = jp.bifurcation(here.mechanism, over={key: [found["limit"]]}, turns=20, transient=100, n_jobs=1)
+    assert found["periods"][-1] == int(run["period"].item())
+
+
 def test_an_orbit_that_is_not_found_once_more_is_carried(monkeypatch):
     monkeypatch.setattr(Branch, "first", lambda *_: None)
     found = edges(

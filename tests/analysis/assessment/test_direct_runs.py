@@ -44,6 +44,7 @@ MECHANISMS = {
 
 
 SECTION, RTOL = jp.CrankAngle(), 1e-8
+SWAYING = 1e-10  # rtol where a journal swings undamped: what it leaves behind is amplified 1 / (1 - ρ) times
 POINTS, SEEN, ALIKE = ("journal_x", "journal_y", "angular_velocity"), 60, 2e-4
 SHORT, LONG, LASTING = 100, 440, 6000  # turns before a cell is looked at, and before it is looked at again
 BEFORE, SWINGING = 300, 4000  # turns before a run is recorded; without friction
@@ -111,7 +112,7 @@ def swept(mechanism, key, values, present, judged, needed):
     """
     way = "up" if abs(values[-1]) > abs(values[0]) else "down"
     settings = {"transient": SHORT, "turns": SEEN, "keep": SEEN, "record": POINTS}
-    settings |= {"rtol": RTOL, "section": SECTION, "n_jobs": 1}
+    settings |= {"rtol": tolerance(mechanism), "section": SECTION, "n_jobs": 1}
     sweep = jp.bifurcation(mechanism, over={key: np.sort(values)}, direction=way, **settings)
     assert np.all(sweep["cell_status"] == 0)
     (dim,) = sweep["cell_status"].isel(direction=0).dims
@@ -145,7 +146,8 @@ def followed_on(places, starts, turns, averaged):
     A period is where its orbit is stable, no period where the motion is chaotic.
     """
     lengths = {"turns": SEEN, "transient": turns, "lyapunov_turns": averaged}
-    plan = Plan(SECTION, POINTS, keep=SEEN, exponents=1, rtol=RTOL, **lengths)
+    rtol = tolerance(places[0]) if places else RTOL
+    plan = Plan(SECTION, POINTS, keep=SEEN, exponents=1, rtol=rtol, **lengths)
     answers, settled = np.zeros((len(places), len(CHANGES)), dtype=bool), np.zeros(len(places), dtype=bool)
     for i, one in enumerate(settle_together(list(zip(places, starts, strict=True)), plan)):
         assert one["status"] == 0, one["trouble"]
@@ -295,9 +297,19 @@ def numbers(mechanism, start, before, stretches):
     return found, period, end - np.where(turning, 2 * np.pi * np.round(end / (2 * np.pi)), 0.0)
 
 
+def frictionless(mechanism):
+    """Whether a journal swings along its bearing with nothing that damps it."""
+    return any(not joint.friction for joint in mechanism.clearance_joints)
+
+
 def settling(mechanism):
-    """Turns in which a motion settles: many where a journal swings along its bearing without friction."""
-    return SWINGING if any(not joint.friction for joint in mechanism.clearance_joints) else BEFORE
+    """Turns in which a motion settles."""
+    return SWINGING if frictionless(mechanism) else BEFORE
+
+
+def tolerance(mechanism):
+    """Tolerance of a step."""
+    return SWAYING if frictionless(mechanism) else RTOL
 
 
 def verdict(mechanism, found):
@@ -383,10 +395,10 @@ def every_edge(mechanism, found, reach=REACH):
 
 @cache
 def assessed(name):
-    """The assessment of one of the linkages, looked at whole."""
+    """The assessment of one of the linkages, looked at whole, or as far as there are derivatives."""
     found = jp.assess((MECHANISMS | TEN)[name](), budget=1e6)
     assert int(found["status"]) == 0
-    assert np.all(found["side_status"] == 0)
+    assert np.isin(jp.words(found)["side_status"].values, ("ok", "no_derivative")).all()
     return found
 
 
