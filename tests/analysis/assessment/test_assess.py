@@ -139,6 +139,19 @@ def test_smaller_rigid_bearings_are_looked_at():
     assert found["periods"][-1] == int(run["period"].item())
 
 
+def test_an_orbit_of_period_2_ends_where_it_closes_after_one_turn():
+    """Back at period 1 the orbit found over two turns is that of one turn, twice."""
+    here, key = present(unshown.TEN["crank-rocker with two plays"](), None, BRIEF), "joints.A.clearance"
+    assert here.period == 2
+    found = edges(here, key, "below", Search(1.03, 0.0025, 1e-3), BRIEF)
+    low, high = (found[name][CHANGES.index("doubling")] for name in ("low", "high"))
+    assert high - low < 2e-3 * high
+    run = jp.bifurcation(
+        here.mechanism, over={key: [low * 0.998, high * 1.002]}, turns=20, transient=300, n_jobs=1
+    )
+    assert np.ravel(run["period"]).tolist() == [1, 2]
+
+
 def test_an_orbit_that_is_not_found_once_more_is_carried(monkeypatch):
     monkeypatch.setattr(Branch, "first", lambda *_: None)
     found = edges(

@@ -37,6 +37,7 @@ from jointplay.solver.method.codes import Mode
 ONCE_A_TURN = CrankAngle()
 RTOL, SHARP = 1e-9, 1e-10  # of an orbit; of one that is nearly unstable
 TOLERANCE = 1e-8  # of an orbit's residual, in units of the states' scales
+SOONER = 1e-6  # likewise, of a residual after a part of an orbit's turns: it closes there
 QUICK = (TOLERANCE, 8, TOLERANCE, 0.25)  # of Newton's method near an orbit: what takes more is none of it
 SAMPLES = 512  # of a turn, for the margin
 LONGEST, LONG, FINEST = 16, 4, 16  # short steps at once; and parts of one, where stability is about to end
@@ -93,6 +94,16 @@ class Place:
         return at_phase(self.orbit, 0.0)[0]
 
 
+def repeats_sooner(orbit: Orbit) -> bool:
+    """Whether an orbit closes after a part of its turns: it is of the branch of that period."""
+    turns = orbit.map.turns
+    for part in (n for n in range(1, turns // 2 + 1) if turns % n == 0):
+        image = replace(orbit.map, turns=part).image(orbit.state, False)
+        if not image.status and np.max(np.abs(orbit.map.differ(image.state, orbit.state))) < SOONER:
+            return True
+    return False
+
+
 def loses_contact(orbit: Orbit) -> bool:
     """Whether contact is lost at any joint in an orbit, or is never there."""
     events, model = orbit.image.events, orbit.map.model
@@ -145,7 +156,7 @@ class Branch:
         """The orbit near a state on the section of another one; None if there is none."""
         section = replace(self.map(value, SHARP if sharp else RTOL), phase=like.phase)
         orbit = newton(section, state, *QUICK)
-        return None if orbit.status else self.place(value, orbit)
+        return None if orbit.status or repeats_sooner(orbit) else self.place(value, orbit)
 
     def first(self, value: float, state: np.ndarray) -> Place | None:
         """The orbit near a state at crank angle 0, on a section of its own; None if there is none."""
