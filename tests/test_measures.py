@@ -24,11 +24,11 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 40_680,
-    "code lines of its analyses": 13_521,
-    "code lines of all three packages": 45_973,
-    "files of the suite": 402,
-    "files with one reader": 92,
+    "code lines of the suite": 41_410,
+    "code lines of its analyses": 13_753,
+    "code lines of all three packages": 46_841,
+    "files of the suite": 404,
+    "files with one reader": 90,
     "entries at the top of the suite": 10,
     "files side by side in a room": 22,
     "repeated places": 3,

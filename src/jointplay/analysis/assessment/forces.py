@@ -132,7 +132,8 @@ def _peak_error(peak: np.ndarray, fine: History, coarse: History, half: float) -
     """Error of the largest force of each joint."""
     sizes, first = _sizes(fine), fine["time"] <= half
     halves = sizes[first].max(axis=0) - sizes[~first].max(axis=0)
-    return np.maximum(np.abs(halves), peak - _sizes(coarse).max(axis=0))
+    other = np.apply_along_axis(top, 0, _sizes(coarse), coarse["time"])
+    return np.maximum(np.abs(halves), np.abs(peak - other))
 
 
 def _of_motion(motion: Settled) -> dict[str, Any]:
