@@ -45,7 +45,8 @@ def test_each_damage_changes_something(one):
 
 def test_dollar_signs_in_a_name_are_drawn_as_they_stand(tmp_path):
     name = "$\\frac $ B"
-    odd = leaning().assign_coords(parameter=["clearance", name, "$x$"])
+    odd = leaning()
+    odd["parameter_name"] = ("parameter", ["clearance", name, "$x$"])
     store.write_result(odd, tmp_path / "a.nc")
     assert cli.main(["figure", str(tmp_path / "a.nc"), "--out", str(tmp_path / "a.pdf")]) == 0
     texts = [each for each in figures.draw(odd).findobj(Text) if name in each.get_text()]

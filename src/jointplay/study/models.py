@@ -168,6 +168,11 @@ class Study(OfKind):
             raise InputError(problems)
         return vary
 
+    @property
+    def bounds(self) -> set[str]:
+        """Settings of the analysis that say how far it goes, and change no cell's answer."""
+        return getattr(self.row.function, "bounds", set())
+
     @cached_property
     def asked(self) -> tuple[list[Problem], Callable[..., Any]]:
         """Problems of keywords that do not fit together, and the analysis with these keywords."""

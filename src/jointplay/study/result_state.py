@@ -19,7 +19,6 @@ from jointplay.study.models import Study
 from jointplay.study.results import provenance
 from jointplay.study.results.outcome import name_of
 from jointplay.study.results.store import attributes, part
-from jointplay.study.run import bounds
 
 NO_NUMBER = ("title", "figure")
 UNREAD = "a study that this version cannot read"
@@ -64,7 +63,7 @@ def _differences(record: Study, path: Path) -> list[str]:
 
 def _plain(record: Study) -> dict[str, Any]:
     """Settings that decide the numbers of a study, as plain JSON types; `[vary]` as one text."""
-    left_out = dict.fromkeys(NO_NUMBER, True) | {"analysis": bounds(record)}
+    left_out = dict.fromkeys(NO_NUMBER, True) | {"analysis": record.bounds}
     table = json.loads(json.dumps(record.model_dump(mode="json", exclude=left_out)))
     return table | ({"vary": json.dumps(table["vary"], sort_keys=True)} if "vary" in table else {})
 

@@ -104,11 +104,6 @@ def grows(record: Study) -> bool:
     return not _varies(record) and getattr(record.row.function, "growing", False)
 
 
-def bounds(record: Study) -> set[str]:
-    """Settings of a study's analysis that say how far it goes, and change no cell's answer."""
-    return getattr(record.row.function, "bounds", set())
-
-
 def first_work(record: Study) -> Work:
     """The first cells that a study hands out; `InputError` where it has none."""
     with warnings.catch_warnings():
@@ -188,7 +183,7 @@ def compile_for(
 
 def study_hash(record: Study) -> str:
     """The beginning of the keys of all cells that one analysis hands out by number."""
-    settings = record.analysis.model_dump_json(exclude=bounds(record))
+    settings = record.analysis.model_dump_json(exclude=record.bounds)
     return key_of(record.kind, record.integrator, settings, record.mechanism)[:HASH]
 
 

@@ -133,7 +133,7 @@ def _peak_error(peak: np.ndarray, fine: History, coarse: History, half: float) -
     sizes, first = _sizes(fine), fine["time"] <= half
     halves = sizes[first].max(axis=0) - sizes[~first].max(axis=0)
     other = np.apply_along_axis(top, 0, _sizes(coarse), coarse["time"])
-    return np.maximum(np.abs(halves), np.abs(peak - other))
+    return np.maximum.reduce([np.abs(halves), np.abs(peak - other), peak - sizes.max(axis=0)])
 
 
 def _of_motion(motion: Settled) -> dict[str, Any]:

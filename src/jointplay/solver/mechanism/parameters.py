@@ -213,8 +213,9 @@ def _declared(mechanism: Mechanism, key: str) -> tuple[FieldInfo | Quantity | No
 
 
 def _called(what: str, name: str) -> str:
-    """A part by its name: the coupler, joint B."""
-    return f"the {name}" if re.fullmatch("[a-z]{2,}", name) else f"{what} {name.strip('[]')}"
+    """A part by its name: the coupler, joint B, load press."""
+    thing = what in (PARTS["links"], PARTS["masses"]) and re.fullmatch("[a-z]{2,}", name)
+    return f"the {name}" if thing else f"{what} {name.strip('[]')}"
 
 
 def cf_units(units: str) -> str:
