@@ -21,7 +21,7 @@ CLOSE = {"response": 5e-6, "section": 1e-7, "gradient": 1e-5}
 IN_LANES = 1e-4  # of motions whose tolerance is 1e-8
 LATE = 1e-9  # s
 
-LONG = {30, 48, 86, 102, 143}  # scenes that are quick to follow, but whose equations are long to compile
+LONG = {30, 48, 86, 102, 143, 175}  # scenes that are quick to follow, but whose equations are long to compile
 KNOWN = {}  # scenes by number whose numbers are wrong today, and why
 
 

@@ -114,6 +114,7 @@ def test_a_window_ends_where_the_orbit_is_stable_again():
         assert float(orbit["floquet_multiplier"][0, 0]) == pytest.approx(-1.0, abs=0.005)
 
 
+@pytest.mark.long
 def test_what_follows_an_orbit_that_is_not_found_farther_on_says_whether_it_changes():
     """Of period 2 from 1.0162 to 1.0248 times the clearance, by stick and slip: 0.9 %, a window."""
     here, key = present(unshown.TEN["quiet crank-rocker"](), None, BRIEF), "joints.B.clearance"
@@ -139,6 +140,7 @@ def test_smaller_rigid_bearings_are_looked_at():
     assert found["periods"][-1] == int(run["period"].item())
 
 
+@pytest.mark.long
 def test_an_orbit_of_period_2_ends_where_it_closes_after_one_turn():
     """Back at period 1 the orbit found over two turns is that of one turn, twice."""
     here, key = present(unshown.TEN["crank-rocker with two plays"](), None, BRIEF), "joints.A.clearance"

@@ -85,6 +85,7 @@ def test_the_ball_begins_to_bounce_and_doubles_its_period(ball):
     assert edges == pytest.approx([0.2, ball_fold(0.1)], rel=1e-9)
 
 
+@pytest.mark.long
 def test_multipliers_on_the_curves(pair, ball):
     """On each a multiplier is what its name says: of the whole turn, also where half of it was solved."""
     for found, kind, value in (
