@@ -151,6 +151,12 @@ def widened(error: Any, correlation: Any) -> Any:
     return error * np.sqrt((1 + shown) / (1 - shown))
 
 
+def section_correlation(dataset: xr.Dataset) -> Any:
+    """Correlation of batch means of the section map's largest exponent; 0 where that was not recorded."""
+    name = "section_batch_correlation"
+    return dataset[name].isel(multiplier=0) if name in dataset else 0.0
+
+
 def decided(
     value: xr.DataArray,
     error: xr.DataArray,

@@ -20,7 +20,7 @@ from jointplay.analysis import left_out, rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, run_values
 from jointplay.analysis.exponents import batch_means, growth, section_exponents
-from jointplay.analysis.exponents.batch_means import ERRORS, UNDECIDED, decided
+from jointplay.analysis.exponents.batch_means import ERRORS, UNDECIDED, decided, section_correlation
 from jointplay.analysis.exponents.frame_growth import (
     USABLE,
     Stretch,
@@ -107,10 +107,7 @@ def verdict(result: xr.Dataset) -> xr.DataArray:
     from xarray import where
 
     value, error, name, _ = largest(result)
-    correlation: Any = 0.0
-    if "section_batch_correlation" in result:
-        correlation = result["section_batch_correlation"].isel(multiplier=0)
-    words = decided(value, error, correlation=correlation)
+    words = decided(value, error, correlation=section_correlation(result))
     if "flow" in name:
         words = where(words == "stable", "comes to rest", words)
     return words

@@ -23,7 +23,7 @@ from pydantic import BeforeValidator
 from jointplay.analysis import left_out
 from jointplay.analysis.cells import Read, answered
 from jointplay.analysis.declared import Outputs
-from jointplay.analysis.exponents.batch_means import CHAOTIC, decided
+from jointplay.analysis.exponents.batch_means import CHAOTIC, decided, section_correlation
 from jointplay.analysis.keywords import Moving, Names, Settling, Starts, analysis, as_list, as_several
 from jointplay.analysis.labels import PLANE, Out, along
 from jointplay.analysis.quantities import recorded
@@ -68,10 +68,7 @@ def motions(dataset: xr.Dataset) -> xr.DataArray:
         value, error = (
             dataset[f"{word}_{each}_per_turn"].isel({dim: 0}) for each in ("exponent", "standard_error")
         )
-        correlation: Any = 0.0
-        if "section_batch_correlation" in dataset:
-            correlation = dataset["section_batch_correlation"].isel(multiplier=0)
-        sure = decided(value, error, correlation=correlation) == CHAOTIC
+        sure = decided(value, error, correlation=section_correlation(dataset)) == CHAOTIC
         none = where((period == 0) & sure, CHAOTIC, none)
     known = [f"period {n}" if n > 0 else "" for n in range(int(max(period.max(), 0)) + 1)]
     named = period.copy(data=np.array(known)[np.maximum(period.values, 0)])
