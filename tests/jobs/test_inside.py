@@ -20,7 +20,7 @@ from jointplay.study import execute
 from jointplay.study.plan import plan, status
 from jointplay.study.results.store import open_result
 from jointplay.study.run import count_by_keys, has_cells, run, study_hash, with_journal_keys
-from tests.support.sweep_samples import PLANE, die, forked, loaded, same
+from tests.support.sweep_samples import PLANE, die, killed_after, loaded, same
 
 FIELD = PLANE.replace('kind = "basins"\nname = "plane"', 'kind = "sensitivity"\nname = "field"')
 FIELD = FIELD[: FIELD.index("transient")] + "turns = 3\n"
@@ -68,18 +68,8 @@ def test_kept_cells_give_what_the_analysis_gives(name, jobs, backend, tmp_path):
 
 @pytest.mark.parametrize("name", STUDIES)
 @pytest.mark.parametrize("count", [1, 4, 6])
-def test_a_killed_analysis_goes_on_where_it_was(name, count, tmp_path, monkeypatch, begun):
-    written, write_part = [], worker.write_part
-
-    def killing(*given):
-        write_part(*given)
-        written.append(1)
-        if len(written) == count:
-            die()
-
-    with monkeypatch.context() as patch:
-        patch.setattr(worker, "write_part", killing)
-        assert forked(lambda: kept(STUDIES[name], tmp_path)) == signal.SIGKILL
+def test_a_killed_analysis_goes_on_where_it_was(name, count, tmp_path, begun):
+    assert killed_after(count, lambda: kept(STUDIES[name], tmp_path)) == signal.SIGKILL
     done = Journal(tmp_path / f"{name}.journal").index()
     assert len(done) == count
     assert next(iter(status(loaded(STUDIES[name]), tmp_path))) == f"cells    {count} of 6 finished"

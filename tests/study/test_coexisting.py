@@ -19,7 +19,7 @@ from jointplay.study.execute import complete, merge
 from jointplay.study.plan import plan, status
 from jointplay.study.results.store import open_result
 from jointplay.study.run import run
-from tests.support.sweep_samples import KINDS, SLOW, die, forked, loaded, ran, same
+from tests.support.sweep_samples import KINDS, SLOW, die, forked, killed_after, loaded, ran, same
 
 STUDY = """\
 kind = "attractors"
@@ -56,17 +56,7 @@ def test_a_killed_study_goes_on_and_a_value_more_runs_alone(tmp_path, monkeypatc
     assert same(open_result(tmp_path / "kept" / "coexisting.nc"), whole)
     cells = Journal(tmp_path / "kept" / JOURNAL).index().keys()
     monkeypatch.setattr(worker, "BATCH", 0.0)
-    written, write_part = [], worker.write_part
-
-    def fatal(*given):
-        write_part(*given)
-        written.append(1)
-        if len(written) == 5:
-            die()
-
-    with monkeypatch.context() as patch:
-        patch.setattr(worker, "write_part", fatal)
-        assert forked(lambda: ran(loaded(STUDY), tmp_path / "killed")) == signal.SIGKILL
+    assert killed_after(5, lambda: ran(loaded(STUDY), tmp_path / "killed")) == signal.SIGKILL
     assert len(Journal(tmp_path / "killed" / JOURNAL).index()) == 5
     assert same(ran(loaded(STUDY), tmp_path / "killed"), whole)
     ran(loaded(STUDY.replace("3.68]", "3.68, 3.72]")), tmp_path / "kept")

@@ -5,6 +5,7 @@ import signal
 from contextlib import suppress
 from pathlib import Path
 
+from jointplay.jobs import worker
 from jointplay.jobs.pool import Pool
 from jointplay.study.execute import complete
 from jointplay.study.file import Loaded, validate
@@ -152,6 +153,23 @@ def forked(act):
 
 def die():
     os.kill(os.getpid(), signal.SIGKILL)
+
+
+def killed_after(parts, act):
+    """Run something in a copy of this process, which dies when so many parts of a journal are written."""
+    written, write_part = [], worker.write_part
+
+    def fatal(*given):
+        write_part(*given)
+        written.append(1)
+        if len(written) == parts:
+            die()
+
+    def counted():  # in the copy alone
+        worker.write_part = fatal
+        act()
+
+    return forked(counted)
 
 
 def bare(dataset):

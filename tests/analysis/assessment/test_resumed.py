@@ -14,7 +14,7 @@ from jointplay.jobs import worker
 from jointplay.jobs.job import key_of
 from jointplay.solver.method.codes import Status
 from jointplay.solver.motion.progress import OutOfTime, limited, tick
-from tests.support.sweep_samples import bare, die, forked, loaded, ran, same
+from tests.support.sweep_samples import bare, killed_after, loaded, ran, same
 
 CHAOTIC = """\
 kind = "assess"
@@ -100,19 +100,9 @@ def test_what_the_budget_cut_short_goes_on_where_it_was(tmp_path, counted):
 def test_one_that_was_killed_goes_on_where_it_was(tmp_path, monkeypatch):
     whole = ran(loaded(CHAOTIC, budget(1e6)), tmp_path / "whole")
     monkeypatch.setattr(worker, "BATCH", 0.0)
-    write_part = worker.write_part
     for count in (1, 2):
-        written = []
-
-        def killing(*given, count=count, written=written):
-            write_part(*given)
-            written.append(1)
-            if len(written) == count:
-                die()
-
-        with monkeypatch.context() as patch:
-            patch.setattr(worker, "write_part", killing)
-            assert forked(lambda: ran(loaded(CHAOTIC, budget(1e6)), tmp_path / "cut")) == signal.SIGKILL
+        cut = killed_after(count, lambda: ran(loaded(CHAOTIC, budget(1e6)), tmp_path / "cut"))
+        assert cut == signal.SIGKILL
     assert alike(ran(loaded(CHAOTIC), tmp_path / "cut"), whole)
 
 
