@@ -22,7 +22,7 @@ from tests.support.features import LEVELS, fits, scene
 from tests.support.tangent_map import tangent_map
 from tests.support.transformations import MIRROR, OTHER, TABLE, factor, scaled
 
-RTOL = 1e-11
+RTOL = 1e-12
 SAME = 1e-7
 SAMPLES = 16
 TWIN = 1e-11

@@ -80,10 +80,19 @@ def test_events_of_the_transient_are_dropped():
     assert 0 < len(found) < len(whole)
 
 
-def test_integrals_are_those_of_a_run_from_its_start():
+@pytest.mark.parametrize(
+    "section",
+    [
+        jp.ContactSection(),
+        jp.CrankAngle(angle=1.0),
+        jp.Plane(quantity="angular_velocity", link="rocker", value=0.0),
+    ],
+    ids=lambda section: section.kind,
+)
+def test_integrals_are_those_of_a_run_from_its_start(section):
     """Section points know the work since the start of the run, as samples at the same times do."""
     flows = ["energy_residual", "drive_work", "joint_work"]
-    cut = jp.poincare(LOOSE, jp.ContactSection(), duration=0.3, rtol=1e-10, record=flows)
+    cut = jp.poincare(LOOSE, section, duration=0.3, rtol=1e-10, record=flows)
     history = jp.simulate(LOOSE, duration=0.3, at=cut.time.values, rtol=1e-10, record=flows)
     for word in flows[1:]:
         assert cut[word].values == pytest.approx(history[word].values, rel=1e-9)

@@ -109,6 +109,16 @@ def test_a_state_vector_has_the_speed_that_a_drive_imposes():
         placed(profile, np.where(state == 30.0, 31.0, state))
 
 
+def test_a_speed_is_the_imposed_one_but_for_rounding():
+    """As a start in other units comes. What is accepted is the drive's own; a message shows all digits."""
+    driven = LOOSE.replace(drive={"kind": "speed", "link": "crank", "speed": 10 / 3})
+    nearly, rounded = (SPEEDS | {"crank": speed} for speed in (10 / 3 * (1 + 4e-16), 3.33333))
+    assert start(driven, {"angle": ANGLES, "angular_velocity": nearly}).speeds["crank"] == 10 / 3
+    assert start(driven, {"crank_speed": nearly["crank"]}).speeds["crank"] == 10 / 3
+    accepted = refused(driven, {"angle": ANGLES, "angular_velocity": rounded})
+    assert str(10 / 3) in accepted["initial.angular_velocity.crank"]
+
+
 def test_every_contradiction_is_named_at_once():
     given = {"crank_speed": 1.0, "branch": "lower", "crank_angel": 0.0}
     assert set(refused(STEADY, {k: given[k] for k in ("crank_speed", "branch")})) == {

@@ -30,7 +30,7 @@ from jointplay.solver.motion.trajectory import Request
 from tests.support.driven import distance, end, quotient
 from tests.support.driven_scenes import LINKAGES, SYSTEMS
 
-SHARES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-7, 1e-8)
+SHARES = (1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 1e-7, 1e-8)
 ENOUGH = 3e-8
 ROUGHLY = 1e-6  # a share of each parameter, by which its influence is judged
 HARDLY = 1e-6  # a share of the largest influence, below which a parameter has none

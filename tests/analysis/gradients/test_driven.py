@@ -130,7 +130,8 @@ def test_linkage_with_works(key):
     duration = 0.5 * model.period
     exact = driven.by_tangents(system, {key: KEYS[key]}, duration, powers=True)[0]
     tried = [
-        driven.by_differences(system, key, KEYS[key], duration, share, powers=True) for share in (1e-5, 1e-4)
+        driven.by_differences(system, key, KEYS[key], duration, share, powers=True)
+        for share in (1e-5, 1e-4, 1e-3)
     ]
     errors = [driven.distance(exact, each, model) for each in tried if each is not None]
     assert min(errors) < 1e-6
@@ -195,4 +196,4 @@ def test_corners_that_touch_together():
     with pytest.warns(jp.ModelWarning, match="two contacts change at the same instant"):
         hard = jp.gradient(catalog.flores2010(), of=["end:angle:rod"], **rigid)
     assert VERDICTS[int(hard["derivative_status"])] == "simultaneous_events"
-    assert "one instant" in jp.summary(hard)
+    assert "same instant" in str(jp.summary(hard))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse
+from jointplay.display.number_text import typed
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism.base import ANGLE, FAR, GROUND, is_number
@@ -18,6 +20,7 @@ from jointplay.solver.mechanism.parts.joints import Pin
 from jointplay.solver.mechanism.records import Mechanism
 
 IDEAL, WRITTEN_OUT = ("crank_angle", "crank_speed", "branch"), ("angle", "angular_velocity")
+SAME = 1e-12  # of a speed: what units and ten operations round away
 
 
 def start(mechanism: Mechanism, initial: Any, forest: Forest | None = None) -> State:
@@ -50,15 +53,16 @@ def start(mechanism: Mechanism, initial: Any, forest: Forest | None = None) -> S
     why = ": in ideal loops links determine each other" if closed else ""
     accepted = f"keys {', '.join(known)} are accepted{why}"
     problems = [Problem(f"initial.{key}", initial[key], accepted) for key in initial if key not in known]
-    for key, value in _fixed(mechanism, closed).items() if not problems else ():
-        if initial.get(key) not in (None, value):
+    own = _fixed(mechanism, closed) if not problems else {}
+    for key, value in own.items():
+        if initial.get(key) is not None and not _same(initial[key], value):
             accepted = f"{value!r}, the mechanism's own, is accepted here"
             problems.append(Problem(f"initial.{key}", initial[key], accepted))
     if problems:
         raise InputError(problems, "initial")
     if not initial.keys().isdisjoint(WRITTEN_OUT):
         return placed(mechanism, *_written_out(mechanism, initial))
-    return ideal_state(mechanism, **initial)
+    return ideal_state(mechanism, **{key: own.get(key, value) for key, value in initial.items()})
 
 
 def _fixed(mechanism: Mechanism, closed: bool) -> dict[str, Any]:
@@ -66,6 +70,11 @@ def _fixed(mechanism: Mechanism, closed: bool) -> dict[str, Any]:
     speed = mechanism.drive.imposed_speed if mechanism.drive else None
     own = {"branch": mechanism.branch} if closed else {}
     return own | ({"crank_speed": speed} if speed is not None else {})
+
+
+def _same(given: object, own: object) -> bool:
+    """Whether a value is the mechanism's own, a number but for rounding."""
+    return given == own or (is_number(given) and is_number(own) and math.isclose(given, own, rel_tol=SAME))
 
 
 def _written_out(mechanism: Mechanism, initial: Mapping[str, Any]) -> tuple[Any, Any]:
@@ -83,12 +92,12 @@ def _written_out(mechanism: Mechanism, initial: Mapping[str, Any]) -> tuple[Any,
     ]
     drive = mechanism.drive
     imposed = drive.imposed_speed if drive else None
-    if not problems and imposed is not None and given[1][drive.link] != imposed:
-        accepted = f"{imposed:g}, at which its drive starts, is accepted"
+    if not problems and imposed is not None and not _same(given[1][drive.link], imposed):
+        accepted = f"{typed(imposed, 0)}, at which its drive starts, is accepted"
         problems = [Problem(f"initial.angular_velocity.{drive.link}", given[1][drive.link], accepted)]
     if problems:
         raise InputError(problems, "initial")
-    return given[0], given[1]
+    return given[0], given[1] if imposed is None else dict(given[1]) | {drive.link: imposed}
 
 
 def approaches(bases: Bases) -> np.ndarray:

@@ -12,7 +12,7 @@ from .interface import inner
 from .memory import LEVEL, LEVELS_PASSED, SECTION_ROW, SECTION_SIDE, SECTIONS, T_SECTION
 from .polynomial import TO_ROUNDING, bernstein, first_root, keep_right
 from .radau import NODES
-from .record import note
+from .record import gains, note
 from .step import keep
 
 SECTIONS_A_STEP = 8
@@ -65,10 +65,13 @@ def sections(functions, variant, work, motion, options, h, end):
             if not sure:  # the step's own polynomial is the best that there is
                 _bring_back(work.whole, work.w, at - 8, h)
                 length, root = h, place
+            else:
+                gains(work.w, row + 1, length, work.gain)
             real[T_SECTION] = motion.s[0] + length * root
             count_section(work, motion, options, real[T_SECTION], root, -1.0, 0.0)
             _bring_back(work.whole, work.w, at - 8, h)
             functions.rate(variant, work.w, motion.s, motion.p, motion.m)
+            gains(work.w, row + 1, h, work.gain)
         if options.period == 0.0:
             count[SECTION_SIDE] = -count[SECTION_SIDE]
         count[LEVELS_PASSED] += 1

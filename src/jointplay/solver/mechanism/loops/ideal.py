@@ -138,11 +138,11 @@ class Closure:
             value, J = self.equations(x, held)
             if not np.all(np.isfinite(value)):
                 return None
-            if np.abs(value).max() <= CLOSED * max(1.0, self.reach):
+            if np.abs(value).max() <= CLOSED * self.reach:
                 return x
             step = np.linalg.lstsq(J, -value, rcond=1e-13)[0]
             x = x + step / max(1.0, np.abs(step[2::3]).max() / MOST)
-        return x if np.abs(value).max() <= 1e3 * CLOSED * max(1.0, self.reach) else None
+        return x if np.abs(value).max() <= 1e3 * CLOSED * self.reach else None
 
     def gaps(self, x: np.ndarray) -> dict[str, float]:
         """Gap of each joint, m."""
