@@ -186,6 +186,8 @@ def section(scene: Scene) -> dict[str, float]:
 def derivative(scene: Scene) -> dict[str, float]:
     """The same of derivatives of the end by gravity and by a mass, against the bodies' differences.
 
+    Also whether a row of rebounds ended in rest: bodies rebound there some thirty times, each located anew.
+
     Differences of fourth order with one step after the other, until one is met. Where none is, a derivative
     as near to one as the nearest two are to each other is met as far as they know. Motions with other events
     have no difference; of each parameter there must be one. Where the program says that derivatives
@@ -208,7 +210,7 @@ def derivative(scene: Scene) -> dict[str, float]:
         def end(at, key, met):
             other = scene.mechanism.replace(**{key: at})
             system, states, events = second(scene, [scene.duration], other, SECOND / 10)
-            met.append([[kind for kind, _ in each] for each in events])
+            met.append([_lasting_kinds(each) for each in events])
             there = range(2, 3 * len(system.bodies), 3)
             return states[0].y[[*there, *(system.n + i for i in there)]]
 
@@ -221,6 +223,7 @@ def derivative(scene: Scene) -> dict[str, float]:
                 shares = [least / 4] if least / 4 > LEAST else []
                 continue
             differences.append(difference)
+            apart["rests"] = float(any("rest" in each for each in met[0]))
             apart["met"] = float(sum(map(len, met[0])))
             for k, word in enumerate(("theta", "w")):
                 there = [(i, f"{word}_{x}") for i, x in enumerate(links) if f"{word}_{x}" in names]
@@ -240,6 +243,16 @@ def _ends_derivatives(scene: Scene, time: float) -> bool:
     _, events = followed(*begin(scene), [time + NEARBY], SECOND)
     met = [each for each in events if each.kind == "impact" and abs(each.time - time) < NEARBY]
     return len({each.touch for each in met}) > 1 or any(each.share < 1 for each in met)
+
+
+def _lasting_kinds(events) -> list[str]:
+    """Kinds of a contact's events but for rebounds that end in rest, whose number is rounding."""
+    kept = []
+    for kind, _ in events:
+        while kind == "rest" and kept[-1:] == ["impact"]:
+            kept.pop()
+        kept.append(kind)
+    return kept
 
 
 def _missed(ours, differences) -> float:
