@@ -209,7 +209,7 @@ def test_samples_of_the_crank_s_acceleration_are_right_beside_events(clearance):
     assert largest_miss(clearance) < 0.02
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_so_they_are_on_another_processor():
     """One without fused multiply-add, for which everything is compiled."""
     root = Path(__file__).parents[2]

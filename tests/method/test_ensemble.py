@@ -113,7 +113,7 @@ print(json.dumps([rows, [each.counts for each in found]]))
 """
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_uncompiled_python_gives_the_same_motions():
     found = []
     for off in ("0", "1"):

@@ -63,7 +63,7 @@ def test_the_force_of_a_clicked_point_is_the_program_s(page, chromium, tmp_path)
     assert complaints(chromium) == []
 
 
-@pytest.mark.parametrize("name", ["chromium", "firefox"])
+@pytest.mark.parametrize("name", ["chromium", pytest.param("firefox", marks=pytest.mark.nightly)])
 def test_the_verdict_on_the_chaotic_case_is_the_program_s(name, page, request):
     browser = request.getfixturevalue(name)
     opened(browser, page.path)

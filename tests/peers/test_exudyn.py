@@ -33,7 +33,7 @@ def free(mechanism):
     return jp.Mechanism(**dict(mechanism) | {"joints": joints, "drive": None})
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", ["slider_crank", pytest.param("stephenson", marks=pytest.mark.nightly)])
 def test_impacts_and_forces_are_exudyn_s(name):
     mechanism, end = free(SCENES[name][0]), SCENES[name][1]
     at = np.linspace(0.0, end, 1001)

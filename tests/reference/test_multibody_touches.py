@@ -65,7 +65,7 @@ def _quarter(v):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("side", [1, pytest.param(-1, marks=pytest.mark.nightly)])
 def test_a_slider_lands_flat_on_either_face_with_two_corners(side):
     K, C, m, c, v = 1e6, 100.0, 0.5, 1e-3, 0.2
     play = Play(c, kelvin_voigt(K, C), None, False, half_length=0.05, half_height=0.02)

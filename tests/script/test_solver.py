@@ -31,8 +31,8 @@ return { ...found, state: solver.state() };
 
 
 def long(name):
-    """A scene by its name, left to the long tests."""
-    return pytest.param(name, marks=pytest.mark.long)
+    """A scene by its name, left to the long tests, or to the nightly ones."""
+    return pytest.param(name, marks=pytest.mark.nightly if name in DEAREST else pytest.mark.long)
 
 
 STATES = ("angle", "angular_velocity", "state_value", "slide_position")
@@ -56,19 +56,16 @@ SCENES = {  # the paper's cases by their letters; those in `LONG` have structure
 }
 LONG = {
     "A",
-    "no tension",
     "own equations",
     "two joints",
     "slider-crank",
-    "elastic",
-    "remembered speeds",
-    "implicit law",
     "guide",
     "rigid bearing",
 }
+DEAREST = {"no tension", "elastic", "remembered speeds", "implicit law"}
 FINE = {"implicit law": 1e-12}  # where one contact ends so slowly that its time is known no better at RTOL
 CUT = {"A", "C"}  # by a section
-NAMES = [long(name) if name in LONG else name for name in SCENES]
+NAMES = [long(name) if name in LONG | DEAREST else name for name in SCENES]
 
 
 def events(motion):
@@ -145,8 +142,11 @@ return (solver.run(64, { tangent: true }).exponent.sum - before) / 64;
 @pytest.mark.long
 @pytest.mark.parametrize(
     "mechanism",
-    [PAPER(gear_ratio=20.0), PAPER(gear_ratio=3.0), PAPER(gear_ratio=3.0, clearance=6e-5)],
-    ids=["gear ratio 20", "gear ratio 3", "60 µm"],
+    [
+        pytest.param(PAPER(gear_ratio=20.0), id="gear ratio 20", marks=pytest.mark.nightly),
+        pytest.param(PAPER(gear_ratio=3.0), id="gear ratio 3"),
+        pytest.param(PAPER(gear_ratio=3.0, clearance=6e-5), id="60 µm", marks=pytest.mark.nightly),
+    ],
 )
 def test_exponents_of_orbits_are_as_exact_as_pages_state(mechanism, tmp_path):
     """At a tolerance of 1e-6 the first is 1.3e-4 off."""

@@ -140,7 +140,7 @@ def test_smaller_rigid_bearings_are_looked_at():
     assert found["periods"][-1] == int(run["period"].item())
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_an_orbit_of_period_2_ends_where_it_closes_after_one_turn():
     """Back at period 1 the orbit found over two turns is that of one turn, twice."""
     here, key = present(unshown.TEN["crank-rocker with two plays"](), None, BRIEF), "joints.A.clearance"

@@ -52,7 +52,7 @@ def test_where_its_contact_does_not_begin_there_is_no_coincidence():
     assert math.isnan(condition.value(trial, like))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_slip_reversal_vanishes_into_flight():
     """Beside the curve orbits differ by one reversal, the nearer to the curve the closer to the contact."""
     linkage = catalog.chunmei2002(4.11e-5, gear_ratio=3.0)

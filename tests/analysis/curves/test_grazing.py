@@ -140,7 +140,7 @@ def nearly_missed(gap, restitution, state, periods):
         flight = Flight(t, side * gap / 2, -restitution * flight.at(t)[1])
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_flight_grazes_a_rigid_wall():
     """A symmetric motion of three periods, with a square-root singularity beyond the curve."""
     found = jp.curve(
@@ -189,7 +189,7 @@ def test_guards_are_those_of_the_flow():
     assert least[1] == pytest.approx(value, abs=1e-4)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_linkage_begins_to_stick_along_a_curve():
     """On either side of the curve runs have, and have not, an onset of sticking more."""
     linkage = catalog.chunmei2002(3.25e-5, gear_ratio=3.0)
