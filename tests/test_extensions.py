@@ -3,86 +3,14 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
+from zipfile import ZipFile
 
 import pytest
 
-MODULE = """
-from typing import Any
-
-import jointplay as jp
-from jointplay.cli.verb import Verb, option, say
-from jointplay.figures.registry import picture
-from jointplay.kinds import Kind
-from jointplay.solver.equations.friction import FrictionLaw
-from jointplay.solver.equations.laws import Law
-from jointplay.solver.equations.quantity import Quantity
-from jointplay.solver.mechanism.signature import preset
-
-MEADOW = Law(
-    force=lambda m, u, v_n, K, C: (K * u + C * v_n, K * u**2 / 2),
-    slopes=lambda depth, K, C: (K, C),
-    numbers={"stiffness": Quantity("K", "N/m"), "damping": Quantity("C", "N s/m", least=0.0)},
-    references=("A. Stranger, Soft ground, 2026",),
-)
-NAP = Quantity("c", "m/s", usual=0.1)
-VELVET = FrictionLaw(lambda m, v_t, f, c: f * m.tanh(v_t / c), numbers={"nap": NAP})
-
-
-@preset()
-def seesaw(clearance: float = 1e-4, **changes: Any) -> jp.Mechanism:
-    plain = jp.catalog.chunmei2002(gear_ratio=3.0, clearance=clearance)
-    laws = {"contact": jp.Contact(law="meadow", stiffness=1e7, damping=200.0)}
-    laws |= {"friction": jp.Friction(law="velvet", coefficient=0.1)}
-    joints = [joint.model_copy(update=laws) for joint in plain.joints]
-    return jp.Mechanism(**dict(plain) | {"name": "seesaw", "joints": joints}).replace(**changes)
-
-
-ECHOES = Kind("echoes", "jointplay.analysis.poincare:poincare", ("portrait",))
-
-
-def greet(arguments):
-    'Greet somebody.'
-    say(f"hello {arguments.name}")
-    return 0
-
-
-GREET = Verb("greet", greet, (option("name"),), "you")
-
-
-def echoed(word):
-    return word
-
-
-@picture()
-def portrait(dataset):
-    from matplotlib.figure import Figure
-
-    figure = Figure()
-    figure.subplots().plot(dataset["angle"].values.ravel())
-    return figure
-"""
-POINTS = """
-[jointplay.laws]
-meadow = stranger:MEADOW
-[jointplay.frictions]
-velvet = stranger:VELVET
-[jointplay.mechanisms]
-seesaw = stranger:seesaw
-[jointplay.kinds]
-echoes = stranger:ECHOES
-[jointplay.figures]
-portrait = stranger:portrait
-[jointplay.verbs]
-greet = stranger:GREET
-[jointplay.names]
-echo = stranger:echoed
-"""
-BROKEN = """
-[jointplay.laws]
-bog = missing_module:BOG
-heath = stranger:ECHOES
-hertz = stranger:MEADOW
-"""
+EXAMPLE, DOCS = Path(__file__).parent / "example_package", Path(__file__).parents[1] / "docs"
+POINTS = "jointplay_example-1.0.dist-info/entry_points.txt"
+BUILD = "import sys; from hatchling.build import build_wheel; print(build_wheel(sys.argv[1]))"
 STUDY = """
 kind = "echoes"
 [mechanism]
@@ -102,45 +30,156 @@ force = 1e7 * found.penetration.values + 200 * found.normal_velocity.values
 wrong = abs(found.normal_force.values - force)[touching]
 assert touching.any() and wrong.max() < 1e-6 * force[touching].max()
 assert {"seesaw"} < {*dir(jp.catalog)}
-assert "meadow" in str(jp.Contact.model_json_schema()["properties"]["law"]["enum"])
-stored = jp.open("out/stranger_study.nc")
-assert stored.sizes["turn"] == 1
-print(len(jp.figure(stored, kind="portrait").axes))
+stored = jp.open("out/study.nc")
+assert float(stored.echo_share) == 1 and jp.echo("hello") == "hello" and "echo" in dir(jp)
 """
+COMMANDS = """
+import sys
+from jointplay.cli import main
+
+for line in sys.stdin.read().splitlines():
+    print("==", line, file=sys.stderr, flush=True)
+    try:
+        print(main(line.split()), file=sys.stderr)
+    except SystemExit as end:  # of --help
+        print(end, file=sys.stderr)
+"""
+PAGES = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import laws, pages
+for name, text in {**pages.pages(), **{page: laws.written(page) for page in laws.PAGES}}.items():
+    print(*(f"{name}: {line}" for line in text.splitlines()), sep="\\n")
+"""
+BROKEN_CODE = """
+LOST = Kind("lost", "missing_module:lost")
+GONE = Kind("gone", "jointplay_example:gone")
+
+
+@preset()
+def torn() -> jp.Mechanism:
+    "Torn."
+    return {}["nothing"]
+
+
+@preset()
+def wheel() -> jp.System:
+    "Equations."
+    return jp.System(name="wheel", states={"y": 1.0}, rates={"y": "-y"})
+"""
+BROKEN_POINTS = {
+    "laws": "bog = missing_module:BOG\nheath = jointplay_example:ECHOES\nhertz = jointplay_example:MEADOW",
+    "frictions": "silk = jointplay_example:SILK",
+    "mechanisms": "sunk = missing_module:sunk\ntorn = jointplay_example:torn\n"
+    "wheel = jointplay_example:wheel",
+    "kinds": "none = missing_module:NONE\nlost = jointplay_example:LOST\ngone = jointplay_example:GONE",
+    "figures": "blank = missing_module:blank",
+}
+MISSING = "ModuleNotFoundError: No module named 'missing_module'"
+NO_CODE = "entry point '{}' (jointplay_example:{}) of jointplay-example in jointplay.{}: "
+NO_MODULE = f"entry point '{{}}' (missing_module:{{}}) of jointplay-example in jointplay.{{}}: {MISSING}"
+REFUSED = {  # by command: exit code, and what it says
+    "check study.toml --set kind=none": (2, NO_MODULE.format("none", "NONE", "kinds")),
+    "check study.toml --set kind=lost": (
+        2,
+        NO_CODE.format("lost", "LOST", "kinds") + "its analysis missing_mod",
+    ),
+    "new gone": (
+        2,
+        NO_CODE.format("gone", "GONE", "kinds") + "its analysis jointplay_example:gone cannot be",
+    ),
+    "schema": (2, NO_CODE.format("lost", "LOST", "kinds")),
+    "check study.toml --set mechanism.catalog=sunk": (2, NO_MODULE.format("sunk", "sunk", "mechanisms")),
+    "new response --mechanism wheel": (2, "got 'wheel'; a linkage is accepted"),
+    "new response --mechanism torn": (1, "error in code of jointplay-example: "),
+    "check study.toml --set figure.kind=blank": (2, NO_MODULE.format("blank", "blank", "figures")),
+    "check study.toml --set mechanism.joints.B.friction.law=silk": (
+        2,
+        NO_CODE.format("silk", "SILK", "frictions") + "AttributeError: ",
+    ),
+    "check study.toml": (0, "0"),
+}
+
+
+@pytest.fixture(scope="session")
+def wheel(tmp_path_factory):
+    """The example package as a wheel."""
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-c", BUILD, str(folder)]
+    subprocess.run(command, cwd=EXAMPLE, check=True, capture_output=True)
+    (path,) = folder.glob("*.whl")
+    return path
 
 
 @pytest.fixture
-def run(tmp_path):
-    """Run a program where the package of a stranger is installed, with these entry points."""
+def run(wheel, tmp_path):
+    """Run Python where the example package is installed: with more code or entry points in it, or none."""
+    (tmp_path / "study.toml").write_text(STUDY)
 
-    def ran(points, *command, more=""):
-        info = tmp_path / "stranger-1.0.dist-info"
-        info.mkdir(exist_ok=True)
-        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: stranger\nVersion: 1.0\n")
-        (info / "entry_points.txt").write_text(points)
-        (tmp_path / "stranger.py").write_text(MODULE + more)
+    def ran(*command, code="", points=(), given=None):
+        ZipFile(wheel).extractall(tmp_path)
+        whole = tmp_path / POINTS
+        text = whole.read_text()
+        for group, more in dict(points or {}).items():
+            text = text.replace(f"[jointplay.{group}]\n", f"[jointplay.{group}]\n{more}\n")
+        whole.write_text("" if points is None else text)
+        with (tmp_path / "jointplay_example.py").open("a") as module:
+            module.write(code)
         path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-        environment = os.environ | {"PYTHONPATH": path}
-        command = [sys.executable, *command]
-        return subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+        environment, command = os.environ | {"PYTHONPATH": path}, [sys.executable, *command]
+        return subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, text=True, input=given
+        )
 
     return ran
 
 
+def test_what_a_package_adds_is_checked_listed_told_and_written_as_ours_is(run, tmp_path):
+    commands = (
+        *("check study.toml", "schema", "new echoes own.toml", "new response saw.toml --mechanism seesaw"),
+        *("check own.toml", "check saw.toml", "list .", "new --help", "--help"),
+    )
+    done = run("-c", COMMANDS, given="\n".join(commands))
+    assert done.stderr.splitlines() == [line for each in commands for line in (f"== {each}", "0")]
+    for each in ("200 µm, meadow, stiffness 1", "friction 0.2 (velvet, nap 20 mm/s)", "own.toml    echoes"):
+        assert each in done.stdout
+    for name in ("echoes", "meadow", "velvet", "nap", "seesaw", "portrait"):
+        assert f'"{name}"' in done.stdout, name  # of the schema
+    assert "echoes, " in done.stdout.partition("usage: jointplay new")[2]
+    assert "greet somebody" in done.stdout
+    assert '# kind = "portrait"' in (tmp_path / "own.toml").read_text(encoding="utf-8")
+    assert 'contact = { law = "meadow", ' in (tmp_path / "saw.toml").read_text(encoding="utf-8")
+
+
+@pytest.mark.long
+def test_what_a_package_adds_is_in_the_tables_of_the_documentation(run):
+    done = run("-c", PAGES, str(DOCS))
+    assert done.returncode == 0, done.stderr
+    for line in (
+        "kinds.md: | [`echoes`](kind_echoes.md) | Give the share of section points that ",
+        "kind_echoes.md: | [`portrait`](figures.md#portrait) | Draw the share as a bar. |",
+        'figures.md: | `colour` | `"black"` | Of the bar. |',
+        "keys.md: | `meadow` | `stiffness` | N/m | needed | greater than 0 |",
+        "keys.md: | `velvet` | `nap` | m/s | `0.1` | greater than 0 |",
+        "laws: | `meadow` | K u + C v | A. Stranger, Soft ground, 2026 |",
+        "friction-laws: | `velvet` | f tanh(v_t/c) | textbooks |",
+    ):
+        assert f"\n{line}" in done.stdout, line
+    linkages = done.stdout.partition("catalog.md: ## Linkages")[2].partition("catalog.md: ## Test systems")[0]
+    assert "catalog.md: ### seesaw\n" in linkages
+
+
 @pytest.mark.long
 def test_laws_mechanisms_kinds_and_figures_that_a_package_publishes_are_used_as_ours_are(run, tmp_path):
-    (tmp_path / "stranger_study.toml").write_text(STUDY)
-    done = run(POINTS, "-m", "jointplay", "run", "stranger_study.toml", "--out", "out")
+    done = run("-m", "jointplay", "run", "study.toml", "--out", "out")
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / "out" / "stranger_study.png").exists()
-    done = run(POINTS, "-c", CHECK)
-    assert (done.returncode, done.stdout) == (0, "1\n"), done.stderr
-    done = run(POINTS, "-m", "jointplay", "cite", "stranger_study.toml")
+    assert (tmp_path / "out" / "study.png").exists()
+    done = run("-c", CHECK)
+    assert done.returncode == 0, done.stderr
+    done = run("-m", "jointplay", "cite", "study.toml")
     assert "A. Stranger, Soft ground, 2026\n    for contact law meadow" in done.stdout
-    done = run(POINTS, "-m", "jointplay", "greet", "everybody")
+    done = run("-m", "jointplay", "greet", "everybody")
     assert (done.returncode, done.stdout) == (0, "hello everybody\n"), done.stderr
-    done = run(POINTS, "-c", "import jointplay as jp; print(jp.echo('hello'), 'echo' in dir(jp))")
-    assert done.stdout == "hello True\n", done.stderr
 
 
 @pytest.mark.nightly
@@ -148,37 +187,33 @@ def test_cells_that_another_packages_code_computed_are_not_taken_for_those_of_it
     study = STUDY.partition("joints")[0].replace("seesaw", "impact_pair").replace("clearance = 2e-4", PAIR)
     (tmp_path / "a.toml").write_text(study + "[vary]\ngap = [3.6, 3.7]\n[analysis]\nturns = 1\n")
     command = ["-m", "jointplay", "run", "a.toml", "--no-figure", "--jobs", "1"]
-    assert run(POINTS, *command).returncode == 0
-    again = run(POINTS, *command)
+    assert run(*command).returncode == 0
+    again = run(*command)
     assert "2 of 2 cells are there already" in again.stderr + again.stdout
-    changed = run(POINTS, *command, more="\nOTHER = 1\n")
+    changed = run(*command, code="\nOTHER = 1\n")
     assert changed.returncode == 2
     assert "these were computed by another" in changed.stderr
 
 
 def test_kernels_of_another_packages_law_are_not_those_of_its_changed_law(run):
     code = "from jointplay.solver.codegen.digest import digest; print(digest())"
-    first, again, none = (
-        run(*how).stdout
-        for how in (
-            (POINTS, "-c", code),
-            (POINTS, "-c", code),
-            ("", "-c", code),
-        )
-    )
-    changed = run(POINTS, "-c", code, more="\nOTHER = 1\n").stdout
+    ways = ({}, {}, {"code": "\nOTHER = 1\n"}, {"points": None})
+    first, again, changed, none = (run("-c", code, **way).stdout for way in ways)
     assert first == again
     assert len({first, changed, none}) == 3
 
 
-def test_an_entry_point_that_cannot_be_loaded_names_itself_and_breaks_nothing_else(run):
-    code = "import jointplay as jp; print(jp.Contact(law='meadow', stiffness=1.0, damping=0.0).law)"
-    done = run(POINTS + BROKEN, "-c", code)
-    assert (done.returncode, done.stdout) == (0, "meadow\n"), done.stderr
-    done = run(POINTS + BROKEN, "-c", "import jointplay as jp; jp.Contact(law='bog')")
+def test_what_is_broken_in_a_package_is_told_with_its_name_and_breaks_nothing_else(run):
+    done = run("-c", COMMANDS, given="\n".join(REFUSED), code=BROKEN_CODE, points=BROKEN_POINTS)
+    assert "Traceback" not in done.stderr
+    told = dict(each.split("\n", 1) for each in done.stderr.split("== ")[1:])
+    for command, (code, why) in REFUSED.items():
+        assert why in told[command], command
+        assert told[command].splitlines()[-1] == str(code), command
+    assert "jointplay_example.py, line " in told["new response --mechanism torn"]
+    done = run("-c", "import jointplay as jp; jp.Contact(law='bog')", code=BROKEN_CODE, points=BROKEN_POINTS)
     said = done.stderr.splitlines()[-1]
     assert "contact.law: got 'bog'; there is no such law; these are accepted: kelvin_voigt, " in said
-    why = "ModuleNotFoundError: No module named 'missing_module'"
-    assert f"not loaded: entry point 'bog' (missing_module:BOG) of stranger in jointplay.laws: {why}" in said
-    assert "entry point 'heath' (stranger:ECHOES) of stranger in jointplay.laws: TypeError: " in said
-    assert "entry point 'hertz' (stranger:MEADOW) of stranger in jointplay.laws: ValueError: " in said
+    assert f"not loaded: {NO_MODULE.format('bog', 'BOG', 'laws')}" in said
+    assert NO_CODE.format("heath", "ECHOES", "laws") + "TypeError: " in said
+    assert NO_CODE.format("hertz", "MEADOW", "laws") + "ValueError: " in said

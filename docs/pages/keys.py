@@ -154,7 +154,7 @@ def catalog_page() -> str:
         "`[mechanism]`; in Python it is a function, `jp.catalog.chunmei2002(...)`.\n",
         "## Linkages\n",
     ]
-    for name, function in catalog.NAMES.items():
+    for name, function in sorted(catalog.NAMES.items(), key=lambda entry: entry[0] in SYSTEMS):
         if name == next(iter(SYSTEMS)):
             parts.append("## Test systems with known answers\n")
         parts.append(f"### {name}\n\n{markdown(story(function))}\n\n{table(HEAD, keyword_rows(function))}")

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any
 
+from jointplay.display.errors import InputError, Problem
 from jointplay.solver.extensions import Table
 
 LENGTH = "{turns} turns after {transient} dropped turns"
@@ -65,8 +66,14 @@ class Kind:
 
     @property
     def function(self) -> Callable[..., Any]:
-        """The analysis function."""
-        return load(self.home)
+        """The analysis function; `InputError` where another package names one that cannot be loaded."""
+        try:
+            return load(self.home)
+        except (ImportError, AttributeError) as error:
+            if not (source := KINDS.source(self.name)):
+                raise
+            why = f"its analysis {self.home} cannot be loaded: {type(error).__name__}: {error}"
+            raise InputError([Problem("kind", self.name, f"{source}: {why}")]) from None
 
     @property
     def outputs(self) -> Any:

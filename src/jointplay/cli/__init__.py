@@ -16,6 +16,7 @@ from jointplay.cli.verb import DONE, FAILED, VERBS
 from jointplay.display.errors import InputError
 from jointplay.display.terminal import harmless_output
 from jointplay.jobs import interrupts
+from jointplay.solver.extensions import outsider
 
 WRONG_INPUT, INTERRUPTED = 2, 130
 COLLECTED = (
@@ -62,10 +63,13 @@ def main(argv: list[str] | None = None) -> int:
         except MemoryError as error:
             print(f"not enough memory: {error}; ask for fewer turns, samples or cells", file=sys.stderr)
             return FAILED
-        except Exception:
+        except Exception as error:
             if pressed:  # the compiler turns an interrupt into errors of its own
                 return _interrupted()
-            raise
+            if not (whose := outsider(error)):
+                raise
+            print(f"error in code of {whose}\n  {type(error).__name__}: {error}", file=sys.stderr)
+            return FAILED
 
 
 def _open_streams() -> None:

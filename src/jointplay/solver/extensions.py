@@ -14,6 +14,7 @@ from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from importlib.util import find_spec
 from pathlib import Path
+from traceback import extract_tb
 from types import ModuleType
 from typing import Any, TypeVar
 
@@ -47,6 +48,21 @@ def _package(module: str) -> tuple[str, Path | None]:
     return name, place.parent if place.name == "__init__.py" else place
 
 
+def outsider(error: BaseException) -> str:
+    """Name the package of others in whose code an error arose, and the line; empty where it is in none's."""
+    places = {
+        _package(point.module)[1]: point.dist.name
+        for group in _found().groups
+        for point in published(group)
+        if group.startswith("jointplay.") and point.dist and point.dist.name != "jointplay"
+    }
+    for frame in reversed(extract_tb(error.__traceback__)):
+        for place, package in places.items():
+            if place and Path(frame.filename).resolve().is_relative_to(place):
+                return f"{package}: {frame.filename}, line {frame.lineno}, in {frame.name}"
+    return ""
+
+
 def code_files(place: Path) -> list[Path]:
     """Files of code in a folder; of a file, itself."""
     return sorted(path for path in (place, *place.rglob("*")) if path.is_file() and path.name.endswith(CODE))
@@ -70,7 +86,7 @@ class Table(MutableMapping[str, T]):
 
     def __init__(self, group: str, of: Any, rows: Mapping[str, T] | None = None) -> None:
         self.group, self.of, self.own = group, of, dict(rows or {})
-        self._asked, self._broken = False, {}
+        self._asked, self._broken, self._sources = False, dict[str, str](), dict[str, str]()
 
     @property
     def broken(self) -> dict[str, str]:
@@ -78,19 +94,23 @@ class Table(MutableMapping[str, T]):
         self._ask()
         return self._broken
 
+    def source(self, name: str) -> str:
+        """Entry point by which a row came, in words; empty, of an own one."""
+        return self._sources.get(name, "")
+
     def _ask(self) -> None:
         if self._asked:
             return
         self._asked = True  # first of all: what is loaded may look into the table itself
         for point in published(self.group):
-            before = dict(self.own)
+            before, of = dict(self.own), f" of {point.dist.name}" if point.dist else ""
+            source = f"entry point {point.name!r} ({point.value}){of} in {self.group}"
             try:
                 self.own = before | self._checked(point) | self.own  # a module adds its own
-            except Exception as error:  # whatever a stranger's module does
+                self._sources |= dict.fromkeys(self.own.keys() - before.keys(), source)
+            except (Exception, SystemExit) as error:  # whatever a stranger's module does
                 self.own = before
-                of = f" of {point.dist.name}" if point.dist else ""
-                why = " ".join(f"{type(error).__name__}: {error}".split())
-                self._broken[f"entry point {point.name!r} ({point.value}){of} in {self.group}"] = why
+                self._broken[source] = " ".join(f"{type(error).__name__}: {error}".split())
 
     def _checked(self, point: EntryPoint) -> dict[str, T]:
         given = point.load()

@@ -10,12 +10,12 @@ from typing import Any, Literal, get_args, get_origin
 
 from jointplay.display.accepted import accepted_values, units_of
 from jointplay.display.described import descriptions, first_sentence
-from jointplay.display.errors import InputError, refuse, unknown
+from jointplay.display.errors import InputError, Problem, refuse, unknown
 from jointplay.display.number_text import typed
 from jointplay.kinds import KINDS, Kind
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.base import Record
-from jointplay.solver.mechanism.records import Changes
+from jointplay.solver.mechanism.records import Changes, Mechanism
 from jointplay.study.file import validate
 from jointplay.study.models import ELSEWHERE, INTEGRATOR
 from jointplay.study.toml_text import parse, written
@@ -200,6 +200,8 @@ def _mechanism(name: str) -> Iterator[str]:
     if name not in (known := names()):
         raise InputError([unknown("--mechanism", name, name, known, "mechanism")])
     record = catalog.NAMES[ALIAS.get(name, name)]()
+    if not isinstance(record, Mechanism):
+        raise InputError([Problem("--mechanism", name, "a linkage is accepted, not equations of their own")])
     yield from _keys(record, {*TABLES, "drive"})
     for table in TABLES:
         known = set[str]()
