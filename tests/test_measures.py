@@ -24,9 +24,9 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 41_411,
-    "code lines of its analyses": 13_753,
-    "code lines of all three packages": 46_842,
+    "code lines of the suite": 41_438,
+    "code lines of its analyses": 13_754,
+    "code lines of all three packages": 46_869,
     "files of the suite": 404,
     "files with one reader": 90,
     "entries at the top of the suite": 10,
@@ -102,7 +102,7 @@ def measured():
         "files of the suite": len(suite),
         "files with one reader": len(single),
         "entries at the top of the suite": sum(
-            entry.name not in ("__pycache__", "py.typed") for entry in top.iterdir()
+            entry.name not in ("__pycache__", "py.typed", "__init__.pyi") for entry in top.iterdir()
         ),
         "files side by side in a room": max(rooms.values()),
         "repeated places": len(repeated(texts)),

@@ -13,6 +13,7 @@ import os
 import sys
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 
 # `python -m jointplay` has put the current folder first on the path: what lies beside a study is no library
 if sys.argv[:1] == ["-m"] and sys.orig_argv[-len(sys.argv)].removeprefix("-m") == __name__:
@@ -27,51 +28,40 @@ from jointplay.display.errors import no_attribute
 
 __version__ = "0.1.0"
 
-_RECORDS = (
-    "Mechanism Link PointMass Beam Joint Pin Contact Friction Spring TorsionSpring Force Torque Harmonic "
-    "MotorLine ConstantSpeed PrescribedTorque SpeedCycle SpeedProfile Servo TestSystem "
-    "System Touch Rubbing Switch Impact Jump "
-    "CrankAngle ContactSection SeparationSection Plane"
-)
-_HOME = {
-    "growth": ".analysis.exponents.growth",
-    "open": ".study.results.store:open_result",
-    "summary": ".study.results.summary",
-    "words": ".study.results.export",
-    "export": ".study.results.export",
-    "run": ".study.in_python",
-    "cell": ".analysis.sweeps.gather",
-    "figure": ".figures:draw",
-    "animate": ".study.results.animate",
-    "InputError": ".display.errors",
-    "ModelWarning": ".display.errors",
-    "catalog": ".solver.mechanism.catalog:",
-    "fit": ".solver.mechanism.parts.fits",
-    "contact_data": ".solver.mechanism.parts.contact_data",
-    "contact_stiffness": ".solver.mechanism.parts.contact_data",
-    **dict.fromkeys(_RECORDS.split(), ".solver.mechanism.records"),
-}
+
+@cache
+def _offered() -> dict[str, str]:
+    """Places of our public names, as the stub beside this file has them for type checkers."""
+    import ast
+
+    found = {}
+    for node in ast.parse(Path(__file__).with_name("__init__.pyi").read_text("utf-8")).body:
+        if isinstance(node, ast.ImportFrom) and node.level:  # other packages are found by entry points
+            found |= {alias.asname: f".{node.module}:{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Assign):  # a name that differs from the one at home
+            found[node.targets[0].id] = found.pop(node.value.id)
+    return found
 
 
 @cache
 def _homes() -> dict[str, str]:
-    """Homes of the public names: those that packages publish, analyses by their kinds, and those above."""
+    """Places of the public names: those that packages publish, analyses by their kinds, and our own."""
     from jointplay.kinds import KINDS
     from jointplay.solver.extensions import published
 
     of_others = {point.name: point.value for point in published("jointplay.names")}
-    return of_others | {row.home.partition(":")[2]: row.home for row in KINDS.values()} | _HOME
+    return of_others | {row.home.partition(":")[2]: row.home for row in KINDS.values()} | _offered()
 
 
 def __getattr__(name: str):
     if name == "__all__":
         return ["__version__", *_homes()]
-    place = _HOME.get(name) or _homes().get(name)
+    place = _offered().get(name) or _homes().get(name)
     if place is None:
         raise no_attribute("module 'jointplay'", name, ["__version__", *_homes()])
     home, _, attribute = place.partition(":")
     module = import_module(home, __name__)
-    value = module if place.endswith(":") else getattr(module, attribute or name)
+    value = getattr(module, attribute, None) or import_module(f"{home}.{attribute}", __name__)
     globals()[name] = value
     return value
 

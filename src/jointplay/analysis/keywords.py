@@ -58,6 +58,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 RTOL = (1e-14, 1e-4)
 MOST = 100_000  # values along an axis
+HANDED: Any = None  # in a signature, default of what an analysis is handed and no call gives
 
 _MOVING = "a Mechanism or TestSystem, such as catalog.chunmei2002(),"
 _START = "a table of crank_angle, crank_speed, or a list of numbers (the state),"

@@ -12,7 +12,7 @@ from jointplay.analysis import left_out, rates, rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, beyond_the_model, joint_flags, run_values
 from jointplay.analysis.exponents.frame_growth import followed_together
-from jointplay.analysis.keywords import Lasting, Moving, Names, analysis
+from jointplay.analysis.keywords import HANDED, Lasting, Moving, Names, analysis
 from jointplay.analysis.labels import Out
 from jointplay.analysis.partial import evaluated
 from jointplay.analysis.period import period
@@ -91,7 +91,7 @@ def poincare(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
     *,
-    model: Model,
+    model: Model = HANDED,
     record: Names | None = None,
     ensemble: Flag | None = None,
     **motion: Unpack[Lasting],

@@ -15,7 +15,7 @@ from jointplay.analysis import left_out, rates, recorded_spans, rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, Quantities, beyond_the_model, joint_flags, run_values
 from jointplay.analysis.exponents.section_exponents import timeless
-from jointplay.analysis.keywords import Lasting, Moving, Names, analysis, listed
+from jointplay.analysis.keywords import HANDED, Lasting, Moving, Names, analysis, listed
 from jointplay.analysis.labels import Out
 from jointplay.analysis.partial import MOST, evaluated
 from jointplay.analysis.quantities import EVENTS, WORDS, recorded
@@ -181,7 +181,7 @@ def _started(mechanism: Mechanism | TestSystem, initial: Any, section: Any, reco
 def simulate(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
-    model: Model,
+    model: Model = HANDED,
     record: Names | None = None,
     samples_per_turn: Natural | None = None,
     windows: Windows | None = None,

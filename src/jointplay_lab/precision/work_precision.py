@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.declared import Outputs
-from jointplay.analysis.keywords import Length, Motion, Moving, analysis
+from jointplay.analysis.keywords import HANDED, Length, Motion, Moving, analysis
 from jointplay.analysis.labels import Out
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import steps
@@ -100,7 +100,7 @@ def _linear_contact(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
 def work_precision(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
-    model: Model,
+    model: Model = HANDED,
     turns: Length = 1,
     tolerances: Tolerances = TOLERANCES,
     peers: Peers = tuple(PEERS),

@@ -29,7 +29,7 @@ from jointplay.analysis.assessment.settled import CHANGES, LASTING, SLOW, Settle
 from jointplay.analysis.cells import first_bad, growing, handed_out, shown, warm
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import RUN
-from jointplay.analysis.keywords import Moving, Names, Settling, Small, analysis
+from jointplay.analysis.keywords import HANDED, Moving, Names, Settling, Small, analysis
 from jointplay.analysis.labels import Out, ended
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import placed
@@ -233,7 +233,7 @@ def _along_fits(mechanism: Mechanism | TestSystem, along: Sequence[str] | None) 
 def assess(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
-    model: Model,
+    model: Model = HANDED,
     along: Names | None = None,
     reach: Annotated[Number, Field(gt=1, le=100), unit("factor", "1")] = REACH,
     step: Annotated[Small, unit("relative step", "1")] = STEP,

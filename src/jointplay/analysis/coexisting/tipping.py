@@ -35,7 +35,7 @@ from jointplay.analysis.coexisting.smallest import ABOVE, AT, BELOW, Knocked, sm
 from jointplay.analysis.coexisting.smallest import SHARES as TRIED
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
-from jointplay.analysis.keywords import JointName, Moving, Settling, analysis
+from jointplay.analysis.keywords import HANDED, JointName, Moving, Settling, analysis
 from jointplay.analysis.labels import Out, ended
 from jointplay.analysis.orbits.floquet import multipliers
 from jointplay.analysis.orbits.orbit_search import at_phase
@@ -182,7 +182,7 @@ OUTPUTS = Outputs(
 def tipping(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
-    model: Model,
+    model: Model = HANDED,
     region: Region,
     joint: JointName | None = None,
     starts: Annotated[Natural, Field(le=10**6)] = STARTS,

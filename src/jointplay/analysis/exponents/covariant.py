@@ -32,7 +32,7 @@ from jointplay.analysis.exponents.frame_growth import frame
 from jointplay.analysis.exponents.growth import standard_error
 from jointplay.analysis.exponents.lyapunov import directions, exponents_fit, number_or_all, steady
 from jointplay.analysis.exponents.participation import Participation
-from jointplay.analysis.keywords import Lasting, Length, Moving, analysis
+from jointplay.analysis.keywords import HANDED, Lasting, Length, Moving, analysis
 from jointplay.analysis.labels import Out
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.tangents import TIGHT, Bundle, scales
@@ -168,7 +168,7 @@ OUTPUTS = Outputs(
 def covariant(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
-    model: Model,
+    model: Model = HANDED,
     exponents: Annotated[int | str, BeforeValidator(number_or_all)] = "all",
     settling: Length = 20,
     **motion: Unpack[Lasting],

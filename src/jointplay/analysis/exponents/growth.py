@@ -22,7 +22,7 @@ import numpy as np
 from jointplay.analysis import rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import RUN
-from jointplay.analysis.keywords import Moving, Settling, Small, analysis
+from jointplay.analysis.keywords import HANDED, Moving, Settling, Small, analysis
 from jointplay.analysis.labels import Out
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place, free_states, state_names
@@ -155,7 +155,7 @@ OUTPUTS = Outputs(
 def growth(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
-    model: Model,
+    model: Model = HANDED,
     turns: Natural = 200,
     distance: Small = DISTANCE,
     **motion: Unpack[Settling],

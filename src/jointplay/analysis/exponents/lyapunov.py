@@ -30,7 +30,7 @@ from jointplay.analysis.exponents.frame_growth import (
     of_the_flow,
     of_the_section,
 )
-from jointplay.analysis.keywords import Lasting, Moving, analysis
+from jointplay.analysis.keywords import HANDED, Lasting, Moving, analysis
 from jointplay.analysis.labels import Out
 from jointplay.display.errors import Problem, refuse
 from jointplay.display.number_text import plain, signed
@@ -191,7 +191,7 @@ OUTPUTS = Outputs(
 def lyapunov(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
-    model: Model,
+    model: Model = HANDED,
     exponents: Annotated[int | str, BeforeValidator(number_or_all)] = 1,
     error: Annotated[Positive, unit("standard error", "1/s")] | None = None,
     twin_turns: Count = 0,

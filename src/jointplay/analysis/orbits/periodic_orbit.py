@@ -17,7 +17,7 @@ import numpy as np
 
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, RUN, Quantities, joint_flags
-from jointplay.analysis.keywords import Moving, Names, Settling, analysis
+from jointplay.analysis.keywords import HANDED, Moving, Names, Settling, analysis
 from jointplay.analysis.labels import Out, ended, units
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.orbit_request import ORBIT, Tolerance
@@ -106,7 +106,7 @@ def periodic_orbit(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
     *,
-    model: Model,
+    model: Model = HANDED,
     period: Natural = 1,
     tolerance: Tolerance = TOLERANCE,
     max_iterations: Natural = ITERATIONS,

@@ -25,7 +25,7 @@ from jointplay.analysis import left_out, rules
 from jointplay.analysis.cells import handed_out, warm
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
-from jointplay.analysis.keywords import JointName, Moving, Plane, Settling, analysis
+from jointplay.analysis.keywords import HANDED, JointName, Moving, Plane, Settling, analysis
 from jointplay.analysis.labels import PLANE, Out, ended
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.period import REPEATS
@@ -162,7 +162,7 @@ OUTPUTS = Outputs(
 def basins(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
-    model: Model,
+    model: Model = HANDED,
     plane: Plane,
     joint: JointName | None = None,
     turns: Annotated[Natural, Field(ge=REPEATS)] = TURNS,

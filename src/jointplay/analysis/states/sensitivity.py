@@ -17,7 +17,7 @@ from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.exponents.batch_means import decided
 from jointplay.analysis.exponents.growth import unresolved
-from jointplay.analysis.keywords import JointName, Moving, Plane, Settling, Small, analysis
+from jointplay.analysis.keywords import HANDED, JointName, Moving, Plane, Settling, Small, analysis
 from jointplay.analysis.labels import PLANE, Out, ended
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.divergence import Divergence
@@ -142,7 +142,7 @@ OUTPUTS = Outputs(
 def sensitivity(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
-    model: Model,
+    model: Model = HANDED,
     neighbours: Count | None = None,
     references: Natural = 1,
     distance: Small = DISTANCE,

@@ -160,7 +160,10 @@ def _each_once(given: Any) -> Any:
     return directions
 
 
-Direction = Annotated[tuple[Literal[DIRECTIONS], ...], BeforeValidator(_each_once)]
+if TYPE_CHECKING:
+    Direction = str | Sequence[str]  # one counts as several
+else:
+    Direction = Annotated[tuple[Literal[DIRECTIONS], ...], BeforeValidator(_each_once)]
 Over = Annotated[
     dict[str, Annotated[Any, BeforeValidator(as_list)]],
     accepts("a table of parameters, each with its list of values,"),

@@ -101,7 +101,7 @@ class Changes(Record):
     friction: NonNegative = measured("friction coefficient", "1", 0.0)
     tension: Flag = True
     efficiency_in_slope: Flag = False
-    elastic: tuple[Name, ...] = Field((), json_schema_extra=_LINKS)
+    elastic: tuple[Name, ...] = Field(default=(), json_schema_extra=_LINKS)
     elements: Elements = elements_field(2)
     damping_ratio: DampingRatio = damping_field()
     order: Literal["consistent", "paper"] = "consistent"

@@ -99,7 +99,9 @@ class Mechanism(Record):
     gravity_direction: Turn = measured("direction of gravity", "rad", DOWNWARDS)
     branch: Literal["upper", "lower"] = "upper"
     order: Literal["consistent", "paper"] = "consistent"
-    guess: dict[Name, Number] = Field({}, json_schema_extra={"accepts": "a table of angles by link, in rad,"})
+    guess: dict[Name, Number] = Field(
+        default={}, json_schema_extra={"accepts": "a table of angles by link, in rad,"}
+    )
     as_meant: Flag = False
 
     @classmethod

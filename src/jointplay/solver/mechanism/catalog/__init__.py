@@ -5,7 +5,7 @@ mechanism with clearances", J. Sound Vib. (2002), Table 1. Other linkages are th
 this one, test systems those of `mechanism.own.systems`.
 """
 
-# ruff: noqa: F401  test systems are offered here
+# ruff: noqa: F401, I001  all entries are offered here, which `as` tells type checkers
 
 from __future__ import annotations
 
@@ -16,22 +16,29 @@ from typing import Any
 from jointplay.display.errors import no_attribute
 from jointplay.solver.extensions import Table
 from jointplay.solver.mechanism.base import GROUND
-from jointplay.solver.mechanism.catalog.presets import quick_return, slider_crank
-from jointplay.solver.mechanism.catalog.published import flores2010, ivp_crank, siconos_four_bar
-from jointplay.solver.mechanism.catalog.six_bars import stephenson, watt
+from jointplay.solver.mechanism.catalog.presets import (
+    quick_return as quick_return,
+    slider_crank as slider_crank,
+)
+from jointplay.solver.mechanism.catalog.published import (
+    flores2010 as flores2010,
+    ivp_crank as ivp_crank,
+    siconos_four_bar as siconos_four_bar,
+)
+from jointplay.solver.mechanism.catalog.six_bars import stephenson as stephenson, watt as watt
 from jointplay.solver.mechanism.own.own import CATALOG
 from jointplay.solver.mechanism.own.systems import (
     SYSTEMS,
     TestSystem,
-    bouncing_ball,
-    duffing,
-    gear_backlash,
-    impact_pair,
-    jerk,
-    lorenz,
-    relief_valve,
-    rossler,
-    soft_impact_pair,
+    bouncing_ball as bouncing_ball,
+    duffing as duffing,
+    gear_backlash as gear_backlash,
+    impact_pair as impact_pair,
+    jerk as jerk,
+    lorenz as lorenz,
+    relief_valve as relief_valve,
+    rossler as rossler,
+    soft_impact_pair as soft_impact_pair,
 )
 from jointplay.solver.mechanism.parts.beam import Beam, Link
 from jointplay.solver.mechanism.parts.joints import Contact, Friction, Joint, Pin

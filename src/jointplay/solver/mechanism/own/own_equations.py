@@ -29,21 +29,21 @@ Modes = Mapping[str, tuple[Exit, ...]]
 class Equations(Record):
     """Equations as text with the values of their parameters; fields as of `mechanism.own.own.System`."""
 
-    name: Name = Field("system", description="name", json_schema_extra={"noun": True})
+    name: Name = Field(default="system", description="name", json_schema_extra={"noun": True})
     states: dict[Name, Text] = Field(json_schema_extra={"accepts": "a table of initial values"})
-    parameters: dict[Name, Flag | Number] = Field({}, json_schema_extra=_VALUE)
+    parameters: dict[Name, Flag | Number] = Field(default={}, json_schema_extra=_VALUE)
     rates: dict[Name, Text]
-    mass: dict[Name, dict[Name, Text]] = Field({})
+    mass: dict[Name, dict[Name, Text]] = Field(default={})
     forcing: Text | None = None
     contacts: Few[Touch] = ()
     friction: Few[Rubbing] = ()
     switches: Few[Switch] = ()
-    modes: dict[Name, Few[Exit]] = Field({}, json_schema_extra={"accepts": "a table of modes"})
+    modes: dict[Name, Few[Exit]] = Field(default={}, json_schema_extra={"accepts": "a table of modes"})
     impacts: Few[Impact] = ()
     jumps: Few[Jump] = ()
-    outputs: dict[Name, Text] = Field({})
-    units: dict[Name, str] = Field({})
-    scales: dict[Name, Positive] = Field({})
+    outputs: dict[Name, Text] = Field(default={})
+    units: dict[Name, str] = Field(default={})
+    scales: dict[Name, Positive] = Field(default={})
     system: Name | None = None
     as_meant: Flag = False
 

@@ -112,7 +112,7 @@ class Exit(Record):
 
     to: Name
     guard: Text
-    jump: dict[Name, Text] = Field({})
+    jump: dict[Name, Text] = Field(default={})
 
 
 class Impact(Record):
@@ -133,7 +133,7 @@ class Impact(Record):
     name: Name = named("name of the wall")
     gap: Text
     restitution: Text | None = None
-    jump: dict[Name, Text] = Field({})
+    jump: dict[Name, Text] = Field(default={})
 
 
 class Jump(Record):

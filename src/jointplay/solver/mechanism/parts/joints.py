@@ -121,7 +121,7 @@ class Joint(Record):
     bearing: Pin
     clearance: NonNegative = measured("radial clearance", "m", 0.0)
     radius: Positive | None = measured("journal radius", "m", None, validate_default=True)
-    fit: Name | None = Field(None, json_schema_extra={"accepts": "a fit of ISO 286 such as 'H7/f7'"})
+    fit: Name | None = Field(default=None, json_schema_extra={"accepts": "a fit of ISO 286 such as 'H7/f7'"})
     half_length: Positive | None = measured("half length of a slider", "m", None, validate_default=True)
     half_height: Positive | None = measured("half height of a slider", "m", None, validate_default=True)
     contact: Annotated[Contact | None, Field(validate_default=True)] = None
@@ -371,7 +371,7 @@ class Contact(Record):
     law: Annotated[str, Field(json_schema_extra=lambda schema: schema.update(enum=[*LAWS]))] = "kelvin_voigt"
     stiffness: Positive | None = measured("contact stiffness", "N/m", None)
     damping: NonNegative | None = measured("contact damping", "N s/m", None)
-    parameters: dict[Name, Number] = Field({})
+    parameters: dict[Name, Number] = Field(default={})
     tension: Flag = True
     parts: PinInBush | None = None
 

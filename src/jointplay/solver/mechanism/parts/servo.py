@@ -68,7 +68,9 @@ class Servo(Course):
     constant: Number = measured("constant part of the angle", "rad", 0.0)
     frequency: Positive | None = measured("angular frequency", "rad/s", None)
     feedforward: Text | None = None
-    where: dict[Name, Text] = Field({}, json_schema_extra={"accepts": "a table of expressions by name,"})
+    where: dict[Name, Text] = Field(
+        default={}, json_schema_extra={"accepts": "a table of expressions by name,"}
+    )
     nominal_speed: Number = measured("nominal speed", "rad/s")
 
     def __hash__(self) -> int:
