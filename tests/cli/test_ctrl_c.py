@@ -2,7 +2,6 @@
 
 import os
 import random
-import resource
 import signal
 import subprocess
 import sys
@@ -26,6 +25,7 @@ from jointplay.study.results.outcome import name_of
 from tests.support.study_samples import SOFT
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+resource = pytest.importorskip("resource")
 LENGTH = "turns = 40\nsamples_per_turn = 250\n"
 
 

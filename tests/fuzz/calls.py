@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import inspect
 import random
-import resource
 import warnings
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -249,6 +248,8 @@ def shortly(value):
 
 def main(calls=3000, seed=0, first=0):
     """Try so many calls; tell what was wrong, and how long the slowest took."""
+    import resource  # of POSIX
+
     warm()
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 

@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import sys
 import time
 from importlib.metadata import EntryPoint
 
@@ -21,6 +22,7 @@ from jointplay.kinds import KINDS
 from jointplay.solver import extensions
 from jointplay.solver.extensions import packages
 from jointplay.solver.motion.progress import stands
+from tests.support import windows
 from tests.support.sweep_samples import die, forked
 
 
@@ -163,7 +165,11 @@ def test_a_journal_of_another_format_is_refused(journal):
     assert len(Journal(journal.folder).index()) < 3
 
 
-def test_one_run_at_a_time_and_a_dead_one_holds_nothing(journal):
+@pytest.mark.parametrize("module", ["fcntl", "msvcrt"])
+def test_one_run_at_a_time_and_a_dead_one_holds_nothing(journal, module, monkeypatch):
+    if module == "msvcrt":  # of Windows: a stand-in, which locks a byte as it does
+        monkeypatch.setitem(sys.modules, "msvcrt", windows.msvcrt())
+        monkeypatch.setitem(sys.modules, "fcntl", None)
     child = os.fork()
     if not child:
         with journal.held():

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import glob
 import os
+import platform
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from jointplay.display.errors import InputError, Problem
-from jointplay.solver.codegen.place import gone
+from jointplay.solver.codegen.place import flush_names, gone
 
 MOMENT = 10.0  # s without a block written
+UNREAD = 1 << 20  # byte of a lock file beyond its text
 
 
 class Busy(InputError):
@@ -29,13 +31,13 @@ def replaced(path: Path, flush: bool = True) -> Iterator[Path]:
     try:
         yield temporary
         if flush:
-            _flush(temporary)
+            with open(temporary, "r+b") as file:  # Windows flushes only what may be written
+                os.fsync(file.fileno())
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
-    with suppress(OSError):  # some file systems cannot sync a folder; the file itself is safe
-        if flush:
-            _flush(path.parent)
+    if flush:
+        flush_names(path.parent)
 
 
 def temporary_name(path: Path) -> Path:
@@ -56,30 +58,30 @@ def clear_leftovers(path: Path) -> None:
                 other.unlink()
 
 
-def _flush(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 @contextmanager
 def lock(path: Path, shown: Path) -> Iterator[None]:
     """Hold a lock file until the block or the process ends; `Busy`, naming `shown`, where another has it."""
-    try:
-        import fcntl
-    except ImportError:  # no POSIX: two runs at once are then not noticed
-        yield
-        return
-    with open(path, "a+", errors="replace") as file:
+    with open(path, "a+", encoding="utf-8", errors="replace") as file:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+            _take(file.fileno())
+        except (BlockingIOError, PermissionError):
             file.seek(0)
             expected = f"one run at a time is accepted; process {file.read().strip()} is running it"
             raise Busy([Problem("journal", str(shown), expected)]) from None
         file.truncate(0)
-        file.write(f"{os.getpid()} on {os.uname().nodename}")
+        file.write(f"{os.getpid()} on {platform.node()}")
         file.flush()
         yield
+
+
+def _take(file: int) -> None:
+    """Lock an open file until it is closed; raise where another process has it."""
+    try:
+        import fcntl
+    except ImportError:
+        import msvcrt  # of Windows, where a byte that is locked cannot be read: one that nobody reads
+
+        os.lseek(file, UNREAD, os.SEEK_SET)
+        msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
+    else:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -12,7 +12,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
@@ -45,9 +45,6 @@ from jointplay_lab.stress.scenes import (
     unknown_variants,
 )
 from jointplay_lab.stress.verdict import CAUSES, VERDICTS, disagreement, judge
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 TIGHTER = 1e-2  # tolerance of the second run, relative to the first's
 PATIENCE = 4  # steps that the second run may take, relative to the first's

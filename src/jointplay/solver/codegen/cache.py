@@ -115,7 +115,7 @@ def _start(name: str) -> None:
     path = filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))  # empty: the current folder
     own = {"PYTHONPATH": os.pathsep.join(path), "PYTHONSAFEPATH": "1", place.HANDED: str(place.folder())}
     command = [sys.executable, "-c", CHILD, str(Path(__file__).parents[2] / "__init__.py"), name]
-    said = tempfile.TemporaryFile("w+", errors="replace")  # noqa: SIM115 (closed when the process has ended)
+    said = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115 (closed when the process has ended)
     try:
         child = subprocess.Popen(command, env=os.environ | own, stdout=subprocess.DEVNULL, stderr=said)
         _compiling[name] = child, said

@@ -30,6 +30,7 @@ from .digest import digest
 HANDED = "JOINTPLAY_KERNELS"  # a folder for the processes that this one starts
 PREFIX = "kernel cache: "
 TEMPORARY = "jointplay-kernels-"  # how folders of one run are named, before the number of its process
+POSIX = hasattr(os, "geteuid")  # elsewhere a user's folders are closed to others, and modes say nothing
 _user = getattr(os, "geteuid", lambda: 0)
 _pending: dict[str, bytes] = {}
 _last = Thread()  # the last of the threads that write
@@ -119,7 +120,9 @@ def _temporary(error: OSError) -> Path:
 
 
 def gone(process: int) -> bool:
-    """Whether a process of this machine has ended; one of another user counts as being there."""
+    """Whether a process of this machine has ended, where one may ask; one of another user is there."""
+    if not POSIX:  # where the question below would end it
+        return False
     try:
         os.kill(process, 0)
     except ProcessLookupError:
@@ -147,6 +150,8 @@ def fault(path: Path, shared: bool = False) -> str:
     facts = path.lstat()
     if stat.S_ISLNK(facts.st_mode):
         return "is a link"
+    if not POSIX:
+        return ""
     if facts.st_uid not in {_user(), 0 if shared else _user()}:
         return f"belongs to another user ({facts.st_uid})"
     sticky = shared and facts.st_mode & stat.S_ISVTX
@@ -247,17 +252,24 @@ def _deliver(name: str, data: bytes, before: Thread) -> None:
 
 def _put(path: Path, data: bytes) -> None:
     """Write whole: by a temporary name and a rename, both of them on the disk when it is over."""
-    with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".tmp", delete=False) as file:
-        try:
+    file = tempfile.NamedTemporaryFile(dir=path.parent, suffix=".tmp", delete=False)  # noqa: SIM115 (moved closed)
+    try:
+        with file:
             file.write(_seal(path.name, data) + b"\n" + data)
             file.flush()
             os.fsync(file.fileno())
-            os.replace(file.name, path)
-        except BaseException:
-            os.unlink(file.name)
-            raise
-    above = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(above)
-    finally:
-        os.close(above)
+        os.replace(file.name, path)
+    except BaseException:
+        os.unlink(file.name)
+        raise
+    flush_names(path.parent)
+
+
+def flush_names(folder: Path) -> None:
+    """Have the names in a folder on the disk, where the system can do that."""
+    with suppress(OSError):
+        above = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(above)
+        finally:
+            os.close(above)
