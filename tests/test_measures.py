@@ -24,9 +24,9 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 41_447,
+    "code lines of the suite": 41_456,
     "code lines of its analyses": 13_754,
-    "code lines of all three packages": 46_876,
+    "code lines of all three packages": 46_885,
     "files of the suite": 404,
     "files with one reader": 90,
     "entries at the top of the suite": 10,
