@@ -56,6 +56,10 @@ LOST = Kind("lost", "missing_module:lost")
 GONE = Kind("gone", "jointplay_example:gone")
 
 
+def __getattr__(name):
+    raise SystemExit(3) if name == "QUIT" else AttributeError(name)
+
+
 @preset()
 def torn() -> jp.Mechanism:
     "Torn."
@@ -69,7 +73,7 @@ def wheel() -> jp.System:
 """
 BROKEN_POINTS = {
     "laws": "bog = missing_module:BOG\nheath = jointplay_example:ECHOES\nhertz = jointplay_example:MEADOW",
-    "frictions": "silk = jointplay_example:SILK",
+    "frictions": "silk = jointplay_example:SILK\nfelt = jointplay_example:QUIT",
     "mechanisms": "sunk = missing_module:sunk\ntorn = jointplay_example:torn\n"
     "wheel = jointplay_example:wheel",
     "kinds": "none = missing_module:NONE\nlost = jointplay_example:LOST\ngone = jointplay_example:GONE",
@@ -210,6 +214,7 @@ def test_what_is_broken_in_a_package_is_told_with_its_name_and_breaks_nothing_el
     for command, (code, why) in REFUSED.items():
         assert why in told[command], command
         assert told[command].splitlines()[-1] == str(code), command
+    assert NO_CODE.format("felt", "QUIT", "frictions") + "SystemExit: 3" in done.stderr
     assert "jointplay_example.py, line " in told["new response --mechanism torn"]
     done = run("-c", "import jointplay as jp; jp.Contact(law='bog')", code=BROKEN_CODE, points=BROKEN_POINTS)
     said = done.stderr.splitlines()[-1]
