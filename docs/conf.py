@@ -1,7 +1,8 @@
 """The documentation site: `python -m sphinx -W docs site` builds it, without a network and without computing.
 
-Pages that say what the code says (every key, every kind of study, the gallery) are written from the code to
-docs/generated before Sphinx reads them, so that they cannot fall behind it; pages that compute to docs/extra.
+What the code says (keys, results of each kind of study, figures, the interface) is written from the code to
+docs/generated before Sphinx reads it, so that it cannot fall behind; texts in docs/kinds include what is
+written there of their kind. Pages that compute are written to docs/extra.
 """
 
 import sys
@@ -11,6 +12,7 @@ DOCS = Path(__file__).parent
 sys.path[:0] = [str(DOCS)]
 
 from pages import live, write  # noqa: E402  found by the path above
+from pages.text import unmarked  # noqa: E402
 from pygments.lexers.special import TextLexer  # noqa: E402
 
 import jointplay  # noqa: E402  after the path, by which nothing of it is found
@@ -25,6 +27,7 @@ exclude_patterns = ["pages"]
 html_extra_path = ["extra"]
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 4
+highlight_language = "none"  # what names no language is output, and no Python
 html_theme = "furo"
 html_title = "jointplay"
 html_static_path = ["pages/formulas.css"]
@@ -40,6 +43,11 @@ autodoc_typehints = "none"  # docstrings say types in words
 autodoc_member_order = "bysource"
 
 
+def _without_marks(_app, _page, source):
+    """Take the marks of measured numbers away: a line that begins with one would end its paragraph."""
+    source[0] = unmarked(source[0])
+
+
 def _no_signature_of_records(_app, what, _name, _obj, _options, signature, _returns):
     """Take signatures from records: all of their keywords are listed below them."""
     return ("", "") if what == "class" else (signature, "")
@@ -47,6 +55,7 @@ def _no_signature_of_records(_app, what, _name, _obj, _options, signature, _retu
 
 def setup(app):
     """Write the generated pages, and let records be described by their keys."""
+    app.connect("source-read", _without_marks)
     write(DOCS / "generated")
     live.write(DOCS / "extra" / "live")
     app.add_lexer("csv", TextLexer)

@@ -1,6 +1,6 @@
 """What it takes to add a law, a quantity and a kind: done as docs/developers.md says, in a copy, and counted.
 
-What a command writes is not counted: tables of the documentation, and pictures.
+What a command writes is not counted: tables of the documentation, and pictures. Nor is the text about a kind.
 """
 
 import difflib
@@ -20,6 +20,13 @@ EXPRESSION, WORD, _ = re.findall(r"^```py\n(.*?)^```", PAGE, re.S | re.M)
 (STUDY,) = re.findall(r"^```toml\n(.*?)^```", PAGE, re.S | re.M)
 KINDS, LAWS = "src/jointplay/kinds.py", "src/jointplay/solver/equations/laws.py"
 PLAY, WORDS = "src/jointplay/solver/equations/play.py", "src/jointplay/analysis/quantities.py"
+TEXT = """# returns
+
+How often the section points of a motion come back to where the first one was, as a share of all of them.
+
+```{include} ../generated/kind_returns.inc
+```
+"""
 LISTED = "\n)\n\n\nKINDS = "  # where the rows end
 
 
@@ -132,6 +139,7 @@ def test_a_kind_is_four_files(copy):
     assert lines <= 100
     copy.run("-m", "jointplay", "run", "studies/chaos/returns.toml", "--out", "made")
     shutil.copy(copy.folder / "made" / "returns.png", copy.folder / "docs" / "images")
+    (copy.folder / "docs" / "kinds" / "returns.md").write_text(TEXT, encoding="utf-8")
     where = ("study/test_sweep_kinds.py", "study/test_shipped.py", "cli/test_cite.py", "docs/test_pages.py")
     where += ("figures/test_pictures.py", "cli/test_new.py", "test_layout.py")
     chosen = "returns or everything or every_kind or examples or layout"

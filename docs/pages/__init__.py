@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pages import figures, gallery, keys, kinds, notebooks
+from pages import api, figures, gallery, keys, kinds, notebooks
 
 
 def pages() -> dict[str, str]:
     """The text of every generated page by its file name."""
     own = {"keys.md": keys.page(), "catalog.md": keys.catalog_page(), "gallery.md": gallery.page()}
-    return own | kinds.pages() | {"figures.md": figures.page()} | notebooks.pages()
+    return own | kinds.pages() | {"figures.md": figures.page()} | notebooks.pages() | api.pages()
 
 
 def write(folder: Path) -> None:

@@ -8,6 +8,7 @@ from jointplay import figures
 from jointplay.figures.registry import suited
 from jointplay.kinds import KINDS
 from pages.keys import written_default
+from pages.kinds import place
 from pages.text import markdown, parameters, story, table
 
 
@@ -28,7 +29,7 @@ def page() -> str:
         "Every figure also takes `width` (mm) and `font`, in Python `ax`.\n",
     ]
     for name in sorted(figures.KINDS):
-        of = [f"[`{row.name}`](kind_{row.name}.md)" for row in KINDS.values() if name in suited(row)]
+        of = [f"[`{row.name}`]({place(row.name)})" for row in KINDS.values() if name in suited(row)]
         parts.append(f"## {name}\n\n{markdown(story(figures.KINDS[name]))}\n")
         parts.append(f"Of results of kind {', '.join(of)}.\n" if of else "Of a mechanism, not of a result.\n")
         if rows := list(options(name)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping
 from inspect import signature
 from typing import Any, Literal, get_args, get_origin
@@ -10,6 +11,8 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
+import jointplay
+from jointplay.analysis.quantities import BALANCE, ENERGIES, WORDS
 from jointplay.display.accepted import units_of
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import LAWS
@@ -52,6 +55,17 @@ PLACES: tuple[tuple[str, str, tuple[type[Record], ...]], ...] = (
         (records.CrankAngle, records.ContactSection, records.SeparationSection, records.Plane),
     ),
 )
+
+OVER = {
+    "link": "link",
+    "joint": "joint with clearance",
+    "pin": "ideal joint",
+    "guide": "prismatic joint",
+    "guided": "ideal joint, where one is prismatic",
+    "bending": "link, where one bends",
+    "state": "state of a system of equations",
+    None: "–",
+}
 
 
 def meanings(record: type[Record]) -> dict[str, str]:
@@ -110,6 +124,21 @@ def law_numbers(laws: Mapping[str, ForceLaw], place: Callable[[str], str] = str)
     return table(("law", "key", "unit", "default", "accepted"), lines)
 
 
+def quantities() -> str:
+    """Recorded quantities with their units, by what they are of."""
+    left_out = {*ENERGIES, *BALANCE}
+    rows = [
+        (f"`{name}`", OVER[word.of], "" if word.units == "1" else word.units, word.long_name)
+        for name, word in WORDS.items()
+    ]
+    named = ", ".join(f"`{name}`" for name in WORDS if name in left_out)
+    return (
+        f"{table(('quantity', 'over', 'unit', 'meaning'), rows)}\n"
+        f"A `response` or `section` without `record` keeps all that the mechanism has but {named}:\n"
+        "these cost time, and are kept where `record` names them.\n"
+    )
+
+
 def page() -> str:
     """The page of all keys of a mechanism."""
     parts = [
@@ -130,7 +159,20 @@ def page() -> str:
             parts.append(f"### Numbers of the laws of contact\n\n{law_numbers(LAWS, place_of)}")
         if heading == "Friction":
             parts.append(f"### Numbers of the laws of friction\n\n{law_numbers(FRICTIONS)}")
+    parts.append(f"## Recorded quantities\n\nIn a study file: `record`, of `[analysis]`.\n\n{quantities()}")
     return "\n".join(parts)
+
+
+def meaning(name: str, said: str) -> str:
+    """What a keyword means, with the words of the function that it is as in."""
+    found = re.match(r"As in `(\w+)`(, (?!or ))?[,.:]? ?(.*)", said)
+    if not found:
+        return said
+    theirs = meaning(
+        name, parameters(getattr(jointplay, found[1])).get(name, "Number in the equations above.")
+    )
+    own = found[3][:1].upper() + found[3][1:]
+    return f"{own.rstrip('.')}: {theirs}" if found[2] else f"{theirs} {own}".strip()
 
 
 def keyword_rows(
@@ -143,7 +185,7 @@ def keyword_rows(
             continue
         default = PydanticUndefined if each.default is each.empty else each.default
         units = units_of(FieldInfo.from_annotation(hints.get(name, Any))) or ""
-        yield f"`{name}`", units, written_default(default), said.get(name, "as in `simulate`")
+        yield f"`{name}`", units, written_default(default), meaning(name, said.get(name, "As in `simulate`."))
 
 
 def catalog_page() -> str:

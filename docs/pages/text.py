@@ -35,6 +35,11 @@ def markdown(text: str) -> str:
     return re.sub(r"(?<!`)``?([^`]+)``?(?!`)", r"`\1`", text).replace("|", r"\|").replace("*", r"\*")
 
 
+def unmarked(text: str) -> str:
+    """A page without the marks by which measured numbers are found (`docs/measured.py`)."""
+    return re.sub(r"<!--(=[\w.]+|/)-->", "", text)
+
+
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A Markdown table."""
     lines = [head, ["---"] * len(head), *rows]

@@ -1,4 +1,4 @@
-"""The page of troubles names every status and every warning that the program has."""
+"""Every status and every warning is told, and every way in which a motion is followed."""
 
 import ast
 import re
@@ -6,6 +6,7 @@ from functools import cache
 
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.solver.method.codes import Status
+from jointplay.solver.motion.eligibility import ROUTES
 from tests.docs.pages import DOCS, ROOT
 
 PAGE = (DOCS / "troubles.md").read_text(encoding="utf-8")
@@ -68,3 +69,9 @@ def test_every_beginning_of_a_line_on_stderr_has_its_row():
             }
     assert len(said) > 5
     assert said | {"kernel cache"} == set(named("What the command prints on stderr"))
+
+
+def test_every_way_in_which_a_motion_is_followed_has_its_row():
+    text = (DOCS / "integrator.md").read_text(encoding="utf-8")
+    table = text.partition("| `followed` |")[2].partition("\n\n")[0]
+    assert re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE) == list(ROUTES)
