@@ -23,8 +23,9 @@ TASKS = {
     "others": ("From other packages", "What packages beside this one publish."),
 }
 _NAMES = {
-    "mechanism": "Mechanism Link PointMass Beam Joint Pin Contact Friction Spring TorsionSpring Force Torque Harmonic "
-    "MotorLine ConstantSpeed PrescribedTorque SpeedProfile SpeedCycle Servo contact_data fit contact_stiffness",
+    "mechanism": "Mechanism Link PointMass Beam Joint Pin Contact Friction Spring TorsionSpring Force Torque "
+    "Harmonic MotorLine ConstantSpeed PrescribedTorque SpeedProfile SpeedCycle Servo "
+    "contact_data fit contact_stiffness",
     "equations": "System Touch Rubbing Switch Impact Jump TestSystem",
     "simulate": "simulate poincare CrankAngle ContactSection SeparationSection Plane",
     "analyse": "growth",
