@@ -161,7 +161,9 @@ def test_what_a_package_adds_is_in_the_tables_of_the_documentation(run):
     assert done.returncode == 0, done.stderr
     for line in (
         "kinds.md: | [`echoes`](kind_echoes.md) | Give the share of section points that ",
-        "kind_echoes.md: | [`portrait`](figures.md#portrait) | Draw the share as a bar. |",
+        "kind_echoes.md: # echoes",
+        "kind_echoes.inc: | [`portrait`](../generated/figures.md#portrait) | Draw the share as a bar. |",
+        "api_others.md: .. autofunction:: jointplay.echo",
         'figures.md: | `colour` | `"black"` | Of the bar. |',
         "keys.md: | `meadow` | `stiffness` | N/m | needed | greater than 0 |",
         "keys.md: | `velvet` | `nap` | m/s | `0.1` | greater than 0 |",
