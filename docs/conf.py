@@ -4,6 +4,7 @@ Pages that say what the code says (every key, every kind of study, the gallery) 
 docs/generated before Sphinx reads them, so that they cannot fall behind it; pages that compute to docs/extra.
 """
 
+import re
 import sys
 from pathlib import Path
 
@@ -45,9 +46,16 @@ def _no_signature_of_records(_app, what, _name, _obj, _options, signature, _retu
     return ("", "") if what == "class" else (signature, "")
 
 
+def _to_what_is_written(_app, _page, source):
+    """Lead to the pages that are written from the code, which a checkout does not have."""
+    source[0] = re.sub(r"\]\(((?:\.\./)*)reference\.md#(\w+)", r"](\1generated/\2.md", source[0])
+    source[0] = re.sub(r"\]\(((?:\.\./)*)notebooks/(\w+)\.ipynb", r"](\1generated/\2.md", source[0])
+
+
 def setup(app):
     """Write the generated pages, and let records be described by their keys."""
     write(DOCS / "generated")
     live.write(DOCS / "extra" / "live")
     app.add_lexer("csv", TextLexer)
+    app.connect("source-read", _to_what_is_written)
     app.connect("autodoc-process-signature", _no_signature_of_records)
