@@ -1,21 +1,16 @@
-"""Tables of stiffness.md, made by the program: a worked pin, materials, and fits with their clearances.
+"""Tables of stiffness.md, made by the program: a worked pin, and what changes it.
 
 python docs/drawing.py   # writes them anew
 """
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import jointplay as jp
-from jointplay.solver.mechanism.parts.materials import TABLE, Spread
 
 PAGE = Path(__file__).with_name("stiffness.md")
 BEGIN, END = "<!-- {} -->\n", "<!-- end of {} -->"
-FITS = ("G7/h6", "H7/g6", "F8/h7", "H7/f7", "H8/f7", "E9/h9", "H8/e8", "H9/d9", "D10/h9", "H11/c11")
-DIAMETERS = (3, 5, 8, 12, 15, 20, 30, 40, 60, 80, 100)  # mm
 PIN = {"radius": "7.5 mm", "pin": "steel", "length": "12 mm"}
 FIT = jp.fit("H7/f7", "15 mm")
-MARKS = "Marks' Standard Handbook for Mechanical Engineers, sliding friction"
 
 
 def _table(*rows: tuple[str, ...]) -> str:
@@ -54,41 +49,7 @@ def changes() -> str:
     )  # fmt: skip
 
 
-def materials() -> str:
-    """Every material, with ranges; a handbook that many rows name stands in full above the table."""
-
-    def told(spread: Spread, factor: float = 1.0) -> str:
-        usual, low, high = (f"{each / factor:.3g}" for each in spread)
-        return f"{usual} ({low}–{high})"
-
-    def rows() -> Iterator[tuple[str, ...]]:
-        for name, each in TABLE.items():
-            numbers = (told(each.modulus, 1e9), f"{each.poisson_ratio:g}", f"{each.density:g}")
-            yield (
-                f"`{name}`",
-                *numbers,
-                told(each.dry),
-                told(each.greased),
-                told(each.restitution),
-                each.sources.replace(MARKS, "Marks"),
-            )
-
-    head = ("material", "E, GPa", "ν", "ρ, kg/m³", "friction dry", "greased", "restitution", "source")
-    return _table(head, *rows())
-
-
-def fits() -> str:
-    """Radial clearance of common fits by diameter, µm: least and largest."""
-
-    def told(name: str, diameter: int) -> str:
-        found = jp.fit(name, diameter / 1000)
-        return f"{1e6 * found.least:g}–{1e6 * found.most:g}"
-
-    rows = ((f"{each} mm", *(told(name, each) for name in FITS)) for each in DIAMETERS)
-    return _table(("diameter", *FITS), *rows)
-
-
-TABLES = {"pin": pin, "changes": changes, "fits": fits, "materials": materials}
+TABLES = {"pin": pin, "changes": changes}
 
 
 def written(page: str) -> str:

@@ -1,4 +1,4 @@
-"""Pages of the documentation, their code blocks, a reader who does as they say, and what docs/pages writes."""
+"""Pages of the documentation, their code blocks, a reader who does what they say, what docs/pages writes."""
 
 import importlib.util
 import math
