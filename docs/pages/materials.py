@@ -59,5 +59,5 @@ def page() -> str:
         "A joint with `fit` gets the middle of the two.\n\n"
         f"{fits()}\n"
         "`H7/g6` slides, `H7/f7` and `H8/f7` run, `H8/e8`, `H9/d9` run loosely, `H11/c11` rattles\n"
-        "by design. Sintered and plastic bushes shrink when pressed in: their makers state the fit afterwards.\n"
+        "by design. Sintered and plastic bushes shrink when pressed in: their makers state the fit then.\n"
     )
