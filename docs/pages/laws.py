@@ -45,7 +45,7 @@ def laws(title: str, named: Mapping[str, ForceLaw]) -> str:
     def rows() -> Iterator[tuple[str, ...]]:
         for name, law in named.items():
             sources = "; ".join(map(short, law.references or ())) or "textbooks"
-            yield f"`{name}`", law.formula.replace(DAMPED, ""), sources
+            yield f"`{name}`", law.formula.replace(DAMPED, "").replace("](#", "](../laws.md#"), sources
 
     return table(("law", title, "source"), rows())
 
