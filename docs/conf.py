@@ -5,6 +5,7 @@ docs/generated before Sphinx reads it, so that it cannot fall behind; texts in d
 written there of their kind. Pages that compute are written to docs/extra.
 """
 
+import re
 import sys
 from pathlib import Path
 
@@ -53,10 +54,17 @@ def _no_signature_of_records(_app, what, _name, _obj, _options, signature, _retu
     return ("", "") if what == "class" else (signature, "")
 
 
+def _to_what_is_written(_app, _page, source):
+    """Lead to the pages that are written from the code, which a checkout does not have."""
+    source[0] = re.sub(r"\]\(((?:\.\./)*)reference\.md#(\w+)", r"](\1generated/\2.md", source[0])
+    source[0] = re.sub(r"\]\(((?:\.\./)*)notebooks/(\w+)\.ipynb", r"](\1generated/\2.md", source[0])
+
+
 def setup(app):
     """Write the generated pages, and let records be described by their keys."""
     app.connect("source-read", _without_marks)
     write(DOCS / "generated")
     live.write(DOCS / "extra" / "live")
     app.add_lexer("csv", TextLexer)
+    app.connect("source-read", _to_what_is_written)
     app.connect("autodoc-process-signature", _no_signature_of_records)

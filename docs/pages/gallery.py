@@ -1,9 +1,14 @@
-"""The gallery: every shipped study that has a picture."""
+"""The gallery: every shipped study that has a picture, and what is seen in it."""
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
+
 from pages.kinds import ROOT, picture, studies, title
 from pages.text import markdown
+
+SEEN = tomllib.loads(Path(__file__).with_name("seen.toml").read_text(encoding="utf-8"))
 
 
 def page() -> str:
@@ -21,5 +26,5 @@ def page() -> str:
             parts.append(f"## {folder.relative_to(ROOT).as_posix()}\n")
         name = path.relative_to(ROOT).as_posix()
         shown = f"```{{image}} {picture(path)}\n:alt: {title(path)}\n:width: 420px\n```"
-        parts.append(f"{shown}\n\n{markdown(title(path))}: `{name}`\n")
+        parts.append(f"{shown}\n\n{markdown(title(path))}: `{name}`\n\n*What you see:* {SEEN[path.stem]}\n")
     return "\n".join(parts)

@@ -23,7 +23,7 @@ from tests.support.plain import Point, plain
 from tests.support.tangent_map import tangent_map
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
-import laws as page
+from pages import laws as page
 
 CLEARANCE, K = 1e-3, 2e9
 NUMBERS = {"hunt_crossley": {"dissipation": 0.3}, "flores": {"restitution": 0.5}}

@@ -1,4 +1,4 @@
-"""Pages of `assess` in the README and the documentation are what a run prints."""
+"""The page of `assess` in the documentation is what a run prints."""
 
 import re
 from pathlib import Path
@@ -29,13 +29,12 @@ def words(line):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("place", ["README.md", "docs/analyses.md"])
-def test_the_page_is_what_a_run_prints(made, place):
-    text = (ROOT / place).read_text(encoding="utf-8")
+def test_the_page_is_what_a_run_prints(made):
+    text = (ROOT / "docs" / "analyses.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^```\w*\n(.*?)^```$", text, re.S | re.M)
     (block,) = (block for block in blocks if "What it hangs on" in block)
     printed = filter(str.strip, made.splitlines())
-    for line in filter(str.strip, block.splitlines()):  # of which the README leaves some out
+    for line in filter(str.strip, block.splitlines()):  # of which the page leaves some out
         other = next((other for other in printed if words(other) == words(line)), None)
         assert other, line
         numbers = ([float(each) for each in NUMBER.findall(text)] for text in (line, other))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 from pathlib import Path
 
@@ -11,13 +12,14 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import FACTORS, LAWS
 from tests.equations.drop import JOINT, MASS, arguments, drop
 from tests.support.belt import NUMPY
 
 DOCS = Path(__file__).parents[2] / "docs"
 sys.path.insert(0, str(DOCS))
-import laws as page  # noqa: E402
+from pages import laws as page  # noqa: E402
 
 SPEEDS = (1e-2, 1e-1, 1.0, 10.0)  # m/s, three decades
 K = LAWS["hertz"].trial["stiffness"]
@@ -156,6 +158,6 @@ def test_a_factor_vanishes_with_the_loss_and_grows_with_it(name):
     assert np.all(np.diff(factors) > 0) or name in ("zhiying_qishao", "herbert_mcwhannell")
 
 
-@pytest.mark.parametrize("name", page.PAGES)
-def test_the_pages_show_the_laws_as_they_are(name):
-    assert page.PAGES[name].read_text(encoding="utf-8") == page.written(name)
+def test_every_law_has_its_row_on_the_page_that_is_written_of_them():
+    rows = re.findall(r"^\| `(\w+)` \|", page.page(), re.MULTILINE)
+    assert rows == [*LAWS, *FRICTIONS, *FACTORS]

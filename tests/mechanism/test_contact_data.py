@@ -8,7 +8,6 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 import jointplay as jp
-from docs import drawing
 from jointplay.analysis.keywords import doubts
 from jointplay.solver.mechanism.parts.contact_data import ContactData, PinInBush, damping_factor
 from jointplay.solver.mechanism.parts.materials import TABLE
@@ -306,12 +305,6 @@ def test_wrong_parts_are_named_with_what_would_be_accepted():
     wrong = {"pin": "steel", "colour": 3, "method": "guess", "speed": "3 m"}
     found = set(problems_of(jp.contact_data, -1, CLEARANCE, **wrong))
     assert found == {"radius", "bush", "length", "colour", "method", "speed"}
-
-
-def test_the_page_on_stiffness_has_the_numbers_that_the_program_gives():
-    assert drawing.PAGE.read_text(encoding="utf-8") == drawing.written(
-        drawing.PAGE.read_text(encoding="utf-8")
-    )
 
 
 # Balls

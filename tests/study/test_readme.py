@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
+from jointplay import kinds
 from jointplay.cli import build_parser
 from jointplay.figures import KINDS
 from jointplay.study.file import validate
-from tests.docs.pages import generated
+from tests.docs.pages import DOCS, PAGES, follow, generated
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 OWN_KIND = "developers.md"  # its study is of a kind that it adds: test_developers runs it
 
 
@@ -23,7 +23,7 @@ def blocks(text, language):
 
 
 def test_the_readme_is_short_and_shows_small_pictures():
-    assert len(README) <= 10_000
+    assert len(README.split()) <= 750
     pictures = re.findall(r"!\[.+\]\((.+)\)", README)
     assert 1 <= len(pictures) <= 2
     assert all(10_000 < (ROOT / picture).stat().st_size < 300_000 for picture in pictures)
@@ -51,15 +51,27 @@ def test_the_python_example_runs(tmp_path, monkeypatch, capsys):
     assert {path.name for path in tmp_path.iterdir()} == {"orbit.pdf", "exponents.pdf"}
 
 
+@pytest.mark.long
+def test_who_does_what_the_readme_says_gets_what_it_says(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    follow(ROOT / "README.md", tmp_path, capsys)
+
+
 @pytest.mark.parametrize("page", [p for p in PAGES if p.name != OWN_KIND], ids=lambda page: page.name)
 def test_study_files_on_the_pages_validate(page):
     for text in blocks(page.read_text(encoding="utf-8"), "toml"):
         validate({"name": "page"} | tomllib.loads(text))
 
 
-def test_every_verb_is_in_the_readme():
+def test_every_verb_is_on_the_page_of_commands():
     verbs = next(action for action in build_parser()._actions if action.choices).choices
-    assert set(re.findall(r"^\| `jointplay (\w+)", README, re.MULTILINE)) == set(verbs)
+    page = (DOCS / "commands.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `jointplay (\w+)", page, re.MULTILINE)) == set(verbs)
+
+
+def test_every_kind_for_users_is_in_the_readme():
+    ours = {name for name, row in kinds.KINDS.items() if row.home.startswith(".")}
+    assert ours <= set(re.findall(r"`(\w+)`", README))
 
 
 def test_every_option_of_every_figure_is_on_the_page_of_figures():
@@ -75,4 +87,5 @@ def test_every_option_of_every_figure_is_on_the_page_of_figures():
 def test_links_lead_to_files(page):
     targets = set(re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8")))
     missing = {target for target in targets if not (page.parent / target).exists()}
-    assert missing <= {f"generated/{name}" for name in generated().pages()}
+    written = {(ROOT / "docs" / "generated" / name).resolve() for name in generated().pages()}
+    assert {(page.parent / target).resolve() for target in missing} <= written

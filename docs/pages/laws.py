@@ -1,15 +1,14 @@
-"""Tables of the laws of force, made from the laws: those of laws.md and of friction-laws.md.
-
-    python docs/laws.py   # writes the tables anew
+"""Tables of the laws of force, made from the laws.
 
 The restitution that laws of the normal force give stands beside the one that is asked of them. A body of mass
 m meets the contact with speed v_0, nothing else acts on it. Of F_n = K u^n (1 + chi v_n) with d = chi v_0 its
 restitution e follows from d (1 + e) = ln[(1 + d) / (1 - d e)], whatever m, K and n.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
 from math import log, nextafter
-from pathlib import Path
 
 from scipy.optimize import brentq
 
@@ -17,9 +16,8 @@ from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import FACTORS, LAWS
 from jointplay.solver.equations.quantity import ForceLaw
 from jointplay.study.cite import short
+from pages.text import table
 
-PAGES = {name: Path(__file__).with_name(f"{name}.md") for name in ("laws", "friction-laws")}
-BEGIN, END = "<!-- {} -->\n", "<!-- end of {} -->"
 DAMPED = "K uⁿ (1 + d v/v₀), "  # of all laws of a restitution: stands above the table
 WANTED = (0.95, 0.9, 0.8, 0.7, 0.5, 0.3, 0.1)
 
@@ -32,47 +30,35 @@ def restitution(d: float) -> float:
     return brentq(lambda e: log((1 + d) / (1 - d * e)) - d * (1 + e), 1e-14, most, xtol=1e-15, rtol=1e-14)
 
 
-def _table(*rows: Iterable[str]) -> str:
-    head, *below = ([*row] for row in rows)
-    return "".join(f"| {' | '.join(row)} |\n" for row in (head, ["---"] * len(head), *below))
-
-
 def restitutions() -> str:
     """Restitution by law and by what is wanted."""
     rows = (
         (f"`{name}`", *(f"{restitution(factor(e)):.3f}" for e in WANTED))
         for name, (factor, *_) in FACTORS.items()
     )
-    return _table(("law", *(f"e = {e:g}" for e in WANTED)), *rows)
+    return table(("law", *(f"e = {e:g}" for e in WANTED)), rows)
 
 
-def laws(title: str, table: Mapping[str, ForceLaw]) -> str:
+def laws(title: str, named: Mapping[str, ForceLaw]) -> str:
     """Each law with its formula and sources; its numbers are on the generated page of keys."""
 
     def rows() -> Iterator[tuple[str, ...]]:
-        for name, law in table.items():
+        for name, law in named.items():
             sources = "; ".join(map(short, law.references or ())) or "textbooks"
-            yield f"`{name}`", law.formula.replace(DAMPED, ""), sources
+            yield f"`{name}`", law.formula.replace(DAMPED, "").replace("](#", "](../laws.md#"), sources
 
-    return _table(("law", title, "source"), *rows())
-
-
-TABLES = {
-    "laws": {"all": lambda: laws("F_n while u ≥ 0", LAWS), "restitutions": restitutions},
-    "friction-laws": {"all": lambda: laws("μ for v_t > 0", FRICTIONS)},
-}
+    return table(("law", title, "source"), rows())
 
 
-def written(name: str) -> str:
-    """A page with its tables anew."""
-    page = PAGES[name].read_text(encoding="utf-8")
-    for table, made in TABLES[name].items():
-        before, rest = page.split(BEGIN.format(table))
-        end = END.format(table)
-        page = before + BEGIN.format(table) + made() + end + rest.split(end)[1]
-    return page
-
-
-if __name__ == "__main__":
-    for name, path in PAGES.items():
-        path.write_text(written(name), encoding="utf-8")
+def page() -> str:
+    """The page of all laws of contact and of friction."""
+    return (
+        "# Formulas of the laws\n\n"
+        "[Laws of contact](../laws.md) and [of friction](../friction-laws.md) say what the letters mean.\n"
+        "Where the table gives d alone, F_n = K uⁿ (1 + d v/v₀).\n\n"
+        f"{laws('F_n while u ≥ 0', LAWS)}\n"
+        f"## Friction\n\n{laws('μ for v_t > 0', FRICTIONS)}\n"
+        "## Restitution\n\n"
+        "What laws of a restitution e give in an impact of a free body.\n\n"
+        f"{restitutions()}"
+    )
