@@ -31,6 +31,7 @@ WORDS = {  # of a page at most, with its tables and code: what tables of keys sa
     "sweeps": 1650,
     "own-equations": 1550,
     "troubles": 800,
+    "policy": 350,
 }
 
 
