@@ -14,7 +14,7 @@ from jointplay.display.number_text import plain, with_error
 class Known:
     """A known answer: what it is, its value and unit, where that comes from, and how near ours must be.
 
-    `compute` gives ours and its standard error, of which three are allowed besides `within`.
+    `compute` gives ours and its standard error, of which four are allowed besides `within`.
     """
 
     what: str
@@ -116,7 +116,7 @@ def _compared(known: Known) -> bool:
     except Exception as failure:
         say(f"  wrong: {type(failure).__name__}: {failure}")
         return False
-    right = abs(value - known.value) <= known.within + 3 * error
+    right = abs(value - known.value) <= known.within + 4 * error
     ours = f"{with_error(value, error) if error else plain(value, 9)}{units}"
     say(f"  {'right' if right else 'wrong'}: {ours}; known: {plain(known.value, 9)}{units} ({known.origin})")
     return bool(right)
