@@ -24,11 +24,11 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 41_456,
+    "code lines of the suite": 41_568,
     "code lines of its analyses": 13_754,
-    "code lines of all three packages": 46_885,
-    "files of the suite": 404,
-    "files with one reader": 90,
+    "code lines of all three packages": 46_997,
+    "files of the suite": 405,
+    "files with one reader": 91,
     "entries at the top of the suite": 10,
     "files side by side in a room": 22,
     "repeated places": 3,

@@ -26,7 +26,7 @@ if sys.argv[:1] == ["-m"] and sys.orig_argv[-len(sys.argv)].removeprefix("-m") =
 
 from jointplay.display.errors import no_attribute
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 
 @cache

@@ -54,6 +54,7 @@ WORDS = {  # of a page at most, with its tables and code: what tables of keys sa
     "glossary": 530,
     "index": 420,
     "commands": 400,
+    "policy": 350,
     "reference": 270,
     "api": 80,
     "notebooks": 60,

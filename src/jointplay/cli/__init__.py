@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NoReturn
 
-from jointplay.cli import results, studies, study_files
+from jointplay.cli import results, selftest, studies, study_files
 from jointplay.cli.verb import DONE, FAILED, VERBS
 from jointplay.display.errors import InputError
 from jointplay.display.terminal import harmless_output
@@ -22,7 +22,7 @@ WRONG_INPUT, INTERRUPTED = 2, 130
 COLLECTED = (
     1_000_000  # objects between collections; at Python's 700 a sixth of a short command's time goes there
 )
-GROUPS = {module.__name__: place for place, module in enumerate((studies, results, study_files))}
+GROUPS = {module.__name__: place for place, module in enumerate((studies, results, study_files, selftest))}
 
 
 @harmless_output()

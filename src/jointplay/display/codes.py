@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,6 +31,18 @@ def words(array: DataArray) -> DataArray:
     named = np.array([known.get(code, STRANGE) for code in found.tolist()], dtype=str)
     result = array.copy(data=named[inverse].reshape(array.shape))
     result.attrs = {name: text for name, text in array.attrs.items() if not name.startswith("flag_")}
+    return result
+
+
+def chosen(condition: DataArray, yes: Any, no: Any) -> DataArray:
+    """Return one word where a condition holds, and another elsewhere; coordinates keep their units.
+
+    xarray's own `where` takes attributes off the coordinates of its arguments before its release 2025.6.
+    """
+    from xarray import apply_ufunc
+
+    result = apply_ufunc(np.where, condition, yes, no, keep_attrs=True)
+    result.attrs = {}
     return result
 
 

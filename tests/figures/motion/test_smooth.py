@@ -82,7 +82,7 @@ def test_a_period_is_told_with_its_scatter_and_drawn_as_a_point():
 @pytest.mark.parametrize("power", [7, -9])
 def test_powers_of_ten_stand_in_the_labels(power):
     data = response()
-    data["normal_force"] = data["normal_force"] * 10.0**power
+    data["normal_force"] = data["normal_force"].copy(data=data["normal_force"].values * 10.0**power)
     ax = figures.draw(data, {"kind": "time_history"}).axes[0]
     assert not ax.yaxis.get_offset_text().get_visible()
     raised = str(power + 1).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))  # forces are some 10 N

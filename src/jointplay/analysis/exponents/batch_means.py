@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.analysis.labels import KEPT, Out
+from jointplay.display import codes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -165,9 +166,7 @@ def decided(
     correlation: Any = 0.0,
 ) -> xr.DataArray:
     """The word that the sign of each value deserves, by its error; minus infinity is below 0."""
-    from xarray import where
-
     error = widened(error, correlation)
     sure = np.isfinite(error)
     positive, negative = sure & (value > ERRORS * error), sure & (value < -ERRORS * error)
-    return where(positive, above, where(negative | np.isneginf(value), below, UNDECIDED))
+    return codes.chosen(positive, above, codes.chosen(negative | np.isneginf(value), below, UNDECIDED))

@@ -32,6 +32,7 @@ from jointplay.analysis.exponents.frame_growth import (
 )
 from jointplay.analysis.keywords import HANDED, Lasting, Moving, analysis
 from jointplay.analysis.labels import Out
+from jointplay.display import codes
 from jointplay.display.errors import Problem, refuse
 from jointplay.display.number_text import plain, signed
 from jointplay.solver.mechanism.assemble import assemble
@@ -104,12 +105,10 @@ def largest(result: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray, str, str]:
 
 def verdict(result: xr.Dataset) -> xr.DataArray:
     """The word ``chaotic``, ``stable`` or ``undecided`` of each run."""
-    from xarray import where
-
     value, error, name, _ = largest(result)
     words = decided(value, error, correlation=section_correlation(result))
     if "flow" in name:
-        words = where(words == "stable", "comes to rest", words)
+        words = codes.chosen(words == "stable", "comes to rest", words)
     return words
 
 

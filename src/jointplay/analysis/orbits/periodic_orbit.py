@@ -46,12 +46,10 @@ SETTLED = 0.5  # progress at the end of the transient
 
 def verdict(result: xr.Dataset) -> xr.DataArray:
     """Period and stability of each orbit, such as ``period 1, stable``."""
-    from xarray import where
-
     period, stable = result["period"], codes.words(result["stable"])
-    named = where(np.isfinite(period), period.fillna(0).astype(int).astype(str), "")
+    named = codes.chosen(np.isfinite(period), period.fillna(0).astype(int).astype(str), "")
     words = "period " + named.astype(object) + ", " + stable.astype(object)
-    return where(np.isfinite(period), words, "no orbit found")
+    return codes.chosen(np.isfinite(period), words, "no orbit found")
 
 
 def answer(result: xr.Dataset) -> str:

@@ -34,6 +34,7 @@ from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.chains import DIRECTIONS, Sweep
 from jointplay.analysis.sweeps.refine import adaptive, refine_fits
 from jointplay.analysis.vary import at_largest, axes, checked_axes, largest
+from jointplay.display import codes
 from jointplay.display.errors import InputError, Problem
 from jointplay.display.number_text import plain
 from jointplay.display.units import measure
@@ -57,10 +58,8 @@ LASTS = 0.01  # share of a parameter over which the end of chaos lasts; what is 
 
 def motions(dataset: xr.Dataset) -> xr.DataArray:
     """Of each point its period; without one ``chaotic``, if the exponent says so by its error."""
-    from xarray import where
-
     period = dataset["period"]
-    none = where(period == 0, "no period found", "not known")
+    none = codes.chosen(period == 0, "no period found", "not known")
     if "section_exponent_per_turn" in dataset or "lyapunov_exponent_per_turn" in dataset:
         word, dim = (
             ("section", "multiplier") if "section_exponent_per_turn" in dataset else ("lyapunov", "exponent")
@@ -69,11 +68,11 @@ def motions(dataset: xr.Dataset) -> xr.DataArray:
             dataset[f"{word}_{each}_per_turn"].isel({dim: 0}) for each in ("exponent", "standard_error")
         )
         sure = decided(value, error, correlation=section_correlation(dataset)) == CHAOTIC
-        none = where((period == 0) & sure, CHAOTIC, none)
+        none = codes.chosen((period == 0) & sure, CHAOTIC, none)
     known = [f"period {n}" if n > 0 else "" for n in range(int(max(period.max(), 0)) + 1)]
     named = period.copy(data=np.array(known)[np.maximum(period.values, 0)])
-    words = where(period > 0, named, none)
-    return where(dataset["cell_status"] == 0, words, stretches.FAILED)
+    words = codes.chosen(period > 0, named, none)
+    return codes.chosen(dataset["cell_status"] == 0, words, stretches.FAILED)
 
 
 def answer(dataset: xr.Dataset) -> str:

@@ -83,8 +83,11 @@ def _file(name: str) -> str:
 
 
 def _found(name: str) -> bytes | None:
-    """Object code of a loop that has been compiled before: ahead, or by an earlier process."""
-    return prebuilt.found(name) or place.read(_file(name))
+    """Object code of a loop that has been compiled before: by an earlier process, or ahead, then kept."""
+    code = place.read(_file(name))
+    if code is None and (code := prebuilt.found(name)) is not None:
+        place.write(_file(name), code)
+    return code
 
 
 def _loaded(name: str) -> SimpleNamespace:

@@ -3,13 +3,15 @@
     python -m jointplay.solver.codegen.prebuilt [FOLDER]
 
 compiles every loop for `LEVEL`, whose results are those of any processor that multiplies and adds in one
-operation. Each file opens with the hash of the method's sources, of the system and of its content: of other
-sources, or damaged, it is as if it were not there, and the loop is compiled at its first use.
+operation, into one file, since loops have much in common. It opens with the hash of the method's sources, of
+the system and of its content: of other sources, or damaged, it is as if it were not there, and a loop is
+compiled at its first use.
 """
 
 from __future__ import annotations
 
 import hashlib
+import lzma
 import os
 import sys
 from collections.abc import Iterable
@@ -21,7 +23,7 @@ from . import objects
 
 LEVEL = "x86-64-v3"
 NEEDED = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")  # of a processor for that
-FOLDER = Path(__file__).with_name("ready")
+FOLDER, NAME = Path(__file__).with_name("ready"), "loops.xz"
 METHOD = Path(__file__).parent.parent / "method"
 
 
@@ -36,27 +38,41 @@ def units() -> list[str]:
 
 def found(name: str) -> bytes | None:
     """Object code of a loop that was compiled ahead of these sources, where this processor can run it."""
+    return _loops(FOLDER / NAME).get(name) if _suits() else None
+
+
+@lru_cache(maxsize=1)
+def _loops(path: Path) -> dict[str, bytes]:
+    """Object code by the names of loops; of a file that is not whole, or of other sources, none."""
     try:
-        data = (FOLDER / f"{name}.o").read_bytes()
+        seal, _, packed = path.read_bytes().partition(b"\n")
     except OSError:
-        return None
-    seal, _, code = data.partition(b"\n")
-    return code if seal == _seal(name, code) and _suits() else None
+        return {}
+    if seal != _seal(packed):
+        return {}
+    left, codes = lzma.decompress(packed), {}
+    while left:
+        head, _, left = left.partition(b"\n")
+        name, size = head.decode().split()
+        codes[name], left = left[: int(size)], left[int(size) :]
+    return codes
 
 
-def write(folder: Path, names: Iterable[str]) -> list[Path]:
-    """Compile loops for `LEVEL`; the files."""
+def write(folder: Path, names: Iterable[str]) -> Path:
+    """Compile loops for `LEVEL` into one file."""
     from importlib import import_module
 
     from ..method.compiler import object_code
 
-    folder.mkdir(parents=True, exist_ok=True)
-    written = []
+    parts = []
     for name in names:
         code = object_code(import_module(f"jointplay.solver.method.{name}"), LEVEL, "")
-        written.append(folder / f"{name}.o")
-        written[-1].write_bytes(_seal(name, code) + b"\n" + code)
-    return written
+        parts.append(f"{name} {len(code)}\n".encode() + code)
+    packed = lzma.compress(b"".join(parts), preset=9 | lzma.PRESET_EXTREME)
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / NAME
+    path.write_bytes(_seal(packed) + b"\n" + packed)
+    return path
 
 
 @lru_cache(maxsize=1)
@@ -76,10 +92,10 @@ def _sources() -> bytes:
     return total.digest()
 
 
-def _seal(name: str, code: bytes) -> bytes:
-    return hashlib.sha256(_sources() + f"{name}\n".encode() + code).hexdigest().encode()
+def _seal(packed: bytes) -> bytes:
+    return hashlib.sha256(_sources() + packed).hexdigest().encode()
 
 
 if __name__ == "__main__":
-    for path in write(Path(*sys.argv[1:2] or [FOLDER]), units()):
-        sys.stdout.write(f"{path}  {path.stat().st_size / 1000:.0f} kB\n")
+    path = write(Path(*sys.argv[1:2] or [FOLDER]), units())
+    sys.stdout.write(f"{path}  {path.stat().st_size / 1000:.0f} kB\n")
