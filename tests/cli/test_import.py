@@ -11,7 +11,7 @@ from jointplay.solver.mechanism import catalog
 from jointplay.study.file import load
 from jointplay.study.import_file import imported
 
-PAGE = (Path(__file__).parents[2] / "docs" / "study-files.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "from-cad.md").read_text(encoding="utf-8")
 CSV = re.search(r"```csv\n(.*?)```", PAGE, re.DOTALL)[1]
 PAPER = catalog.chunmei2002(clearance=0)
 
