@@ -1,6 +1,6 @@
 """Print the lower bounds of the package's dependencies as constraints of pip.
 
-python -m tests.lowest > lowest.txt && pip install -c lowest.txt -e ".[test]"
+python -m tests.lowest > lowest.txt && pip install -c lowest.txt -e .
 """
 
 import re
