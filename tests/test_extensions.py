@@ -47,8 +47,8 @@ for line in sys.stdin.read().splitlines():
 PAGES = """
 import sys
 sys.path.insert(0, sys.argv[1])
-import laws, pages
-for name, text in {**pages.pages(), **{page: laws.written(page) for page in laws.PAGES}}.items():
+import pages
+for name, text in pages.pages().items():
     print(*(f"{name}: {line}" for line in text.splitlines()), sep="\\n")
 """
 BROKEN_CODE = """
@@ -167,15 +167,15 @@ def test_what_a_package_adds_is_in_the_tables_of_the_documentation(run):
         'figures.md: | `colour` | `"black"` | Of the bar. |',
         "keys.md: | `meadow` | `stiffness` | N/m | needed | greater than 0 |",
         "keys.md: | `velvet` | `nap` | m/s | `0.1` | greater than 0 |",
-        "laws: | `meadow` | K u + C v | A. Stranger, Soft ground, 2026 |",
-        "friction-laws: | `velvet` | f tanh(v_t/c) | textbooks |",
+        "laws.md: | `meadow` | K u + C v | A. Stranger, Soft ground, 2026 |",
+        "laws.md: | `velvet` | f tanh(v_t/c) | textbooks |",
     ):
         assert f"\n{line}" in done.stdout, line
     linkages = done.stdout.partition("catalog.md: ## Linkages")[2].partition("catalog.md: ## Test systems")[0]
     assert "catalog.md: ### seesaw\n" in linkages
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_laws_mechanisms_kinds_and_figures_that_a_package_publishes_are_used_as_ours_are(run, tmp_path):
     done = run("-m", "jointplay", "run", "study.toml", "--out", "out")
     assert done.returncode == 0, done.stderr

@@ -185,10 +185,8 @@ def stepped(state, duration, h, friction, restitution):
 FALLING = {"theta_block": 0.002, "y_0": -3e-5, "w_block": 0.1, "vx_0": 0.08, "vy_0": -0.1}
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("restitution", "duration"), [pytest.param(0.0, 0.02, marks=pytest.mark.nightly), (0.5, 0.006)]
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize(("restitution", "duration"), [(0.0, 0.02), (0.5, 0.006)])
 def test_time_stepping_moves_alike(restitution, duration):
     """Impacts, slip, sticking, landing: Moreau's scheme comes nearer as its step shrinks."""
     model = placed(rough(restitution=restitution), **FALLING)

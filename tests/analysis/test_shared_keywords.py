@@ -44,7 +44,7 @@ def said(row):
         "help": "patience_s : float\\n    How long anybody waits." in row.function.__doc__,
         "schema": tables[table]["properties"]["patience_s"],
         "new": "# patience_s = 4.5" in new(row.name, "trial"),
-        "page": "How long anybody waits" in kinds.page(row),
+        "page": "How long anybody waits" in kinds.tables(row),
         "refused": "patience_s" in refused,
     }
 json.dump({row.name: said(row) for row in KINDS.values()}, sys.stdout)

@@ -72,7 +72,7 @@ RESULTS = {
 
 
 @pytest.mark.parametrize(
-    "kind", [k if k != "curve" else pytest.param(k, marks=pytest.mark.long) for k in RESULTS]
+    "kind", [k if k != "curve" else pytest.param(k, marks=pytest.mark.nightly) for k in RESULTS]
 )
 def test_no_drawn_text_is_a_key(kind, tmp_path):
     figure = figures.draw(RESULTS[kind](tmp_path), {"kind": kind})

@@ -73,7 +73,7 @@ def test_a_figure_of_several_panels_is_drawn_in_a_subfigure():
     assert "diverged" in below.get_suptitle()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_every_format_that_is_offered_works(tmp_path):
     figure = figures.draw(response(), {"kind": "phase_portrait"})
     forms = {*figure.canvas.get_supported_filetypes()} - {"pgf"}  # needs LaTeX

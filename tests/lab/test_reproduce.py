@@ -146,7 +146,7 @@ def test_what_takes_longest_begins_first():
     assert set(names) == {path.stem for path in PAPER.glob("*.toml")}
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_in_worker_processes(tmp_path):
     """Real ones, and the same data as in this process."""
     place = tmp_path / "studies"

@@ -44,6 +44,7 @@ def test_two_turns_are_those_of_the_program(name, page, request):
     np.testing.assert_allclose(times, native.event_time.values, rtol=0, atol=1e-9 * times[-1])
 
 
+@pytest.mark.nightly
 def test_the_force_of_a_clicked_point_is_the_program_s(page, chromium, tmp_path):
     over = {"clearance": [1e-4, 2.9e-4]}
     sweep = jp.bifurcation(page.mechanism, over=over, direction="up", transient=20, turns=20, n_jobs=1)

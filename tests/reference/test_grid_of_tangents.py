@@ -154,12 +154,14 @@ SCENES = {
         lanes="rigid_impacts",
     ),
 }
+DEAREST = "corners of a guide"
 QUICK = ("stick begins and ends", "impact while another wall holds", "sliding")
 
 
 def marked(names, quick=QUICK):
-    """Names of scenes as cases, all but the quick ones long."""
-    return [pytest.param(name, marks=[pytest.mark.long] * (name not in quick)) for name in names]
+    """Names of scenes as cases, all but the quick ones long, the dearest nightly."""
+    marks = lambda name: pytest.mark.nightly if name == DEAREST else pytest.mark.long  # noqa: E731
+    return [name if name in quick else pytest.param(name, marks=marks(name)) for name in names]
 
 
 def reached(model, duration: float) -> tuple[np.ndarray, list]:

@@ -24,7 +24,15 @@ BEHIND_REBOUNDS = (
 )
 LATE = 1e-9  # s
 
-LONG = {30, 48, 86, 102, 143, 175}  # scenes that are quick to follow, but whose equations are long to compile
+LONG = {
+    30,
+    48,
+    54,
+    86,
+    102,
+    143,
+    175,
+}  # scenes that are quick to follow, but whose equations are long to compile
 KNOWN = {}  # scenes by number whose numbers are wrong today, and why
 
 

@@ -73,7 +73,7 @@ def test_the_edge_of_contact_is_where_the_separation_ends():
     assert limit == pytest.approx(2.35e-5 / 1.06)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_edge_of_period_1_is_where_the_multiplier_is_minus_1():
     """Over the gear ratio, which changes the nominal speed; against orbits found beside it."""
     found, _ = one_side(LOOSE.replace(gear_ratio=3.5), "gear_ratio", "above", 1.05)
@@ -102,6 +102,7 @@ def test_a_window_narrower_than_a_step_is_met():
     assert edge["edge"][CHANGES.index("doubling")] == pytest.approx(high)
 
 
+@pytest.mark.nightly
 def test_a_window_ends_where_the_orbit_is_stable_again():
     """Doubled over 0.99 % of the clearance, about values looked at that lie 1.003 % apart."""
     here = present(unshown.TEN["quiet crank-rocker"](), None, BRIEF)
@@ -130,6 +131,7 @@ def test_what_follows_an_orbit_that_is_not_found_farther_on_says_whether_it_chan
     assert np.ravel(sweep["period"]).tolist() == [1, 2]
 
 
+@pytest.mark.nightly
 def test_smaller_rigid_bearings_are_looked_at():
     """What lies on the face of the larger one is outside; a direct run at the last value says the same."""
     here, key = present(unshown.TEN["rigid slider"](), None, BRIEF), "joints.B.clearance"

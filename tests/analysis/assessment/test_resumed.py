@@ -77,6 +77,7 @@ def budget(seconds):
     return f"analysis.budget={seconds}"
 
 
+@pytest.mark.nightly
 def test_what_the_budget_cut_short_goes_on_where_it_was(tmp_path, counted):
     whole = ran(loaded(CHAOTIC, budget(1e6)), tmp_path / "whole")
     assert left(whole, "variant") == left(whole, "curve") == left(whole, "side") == 0

@@ -69,7 +69,9 @@ OTHERS = {
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", OTHERS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(x, marks=pytest.mark.nightly) if x == "guide" else x for x in OTHERS]
+)
 def test_tangents_of_loops_guides_and_elastic_links_are_those_of_one_motion(name):
     each = assemble(OTHERS[name](), section="angle:crank")
     (run,) = grown_together([each], [asked(each, 1.5)])
@@ -138,6 +140,7 @@ def test_company_does_not_matter(company):
         assert same(grown_together([scenes[0], scenes[n]], [asks[0], asks[n]])[1], runs[n])
 
 
+@pytest.mark.nightly
 def test_what_lanes_do_not_take_goes_one_by_one():
     each = model(4e-5)
     two = replace(asked(each, 0.5), count=2)

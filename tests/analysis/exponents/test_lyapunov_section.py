@@ -75,6 +75,7 @@ def test_map_and_flow_of_a_forced_system():
     assert logs / turns == pytest.approx(flow.lyapunov_exponent_per_turn.values, rel=1e-6)
 
 
+@pytest.mark.long
 def test_map_and_flow_of_the_chaotic_linkage():
     """Crank angle 0 as the section: its map has the flow's exponents times the turn, without the zero."""
     mechanism, turns = catalog.chunmei2002(**LOOSE), 400

@@ -31,7 +31,7 @@ KEYS = {
     "drive.rated_torque": 21.56,
 }
 
-SOONER = ("hertz_stribeck", "rigid_bearing", "rubbed")  # scenes that are tried with every change
+SOONER = ("rigid_bearing", "rubbed")  # scenes that are tried with every change
 
 ON_FLOOR = {  # at rest on a floor, and coupled to a mass that goes on along it
     "states": {"y": 0.0, "x": 0.2, "v": 0.0, "u": 0.3},

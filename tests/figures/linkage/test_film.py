@@ -150,7 +150,7 @@ def moved(request):
 
 @pytest.mark.parametrize(
     "moved",
-    [name if name == "four-bar" else pytest.param(name, marks=pytest.mark.long) for name in MOTIONS],
+    [name if name == "four-bar" else pytest.param(name, marks=pytest.mark.nightly) for name in MOTIONS],
     indirect=True,
 )
 def test_a_film_by_default_is_small_and_tells_its_size_before(moved, tmp_path, caplog):
