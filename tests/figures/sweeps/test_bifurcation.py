@@ -132,6 +132,13 @@ def test_another_quantity_link_direction_and_start():
     assert len({line.get_color() for line in clouds(both.axes[0])}) == 2
 
 
+def test_a_line_beyond_the_axis_has_no_label(tmp_path):
+    """Its label's place, of millions of metres, is none that a picture has."""
+    figure = figures.draw(sweep(), limits=[[1e-4, "here"], [3e30, "far away"]])
+    assert [text.get_text() for text in figure.axes[0].texts] == ["here"]
+    figure.savefig(tmp_path / "diagram.png")
+
+
 def test_limits_stand_where_they_are_said_to_with_their_labels():
     figure = figures.draw(sweep(), limits=[[1e-4, "here"], 3e-4])
     for ax in figure.axes:

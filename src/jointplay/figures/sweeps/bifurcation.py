@@ -198,8 +198,8 @@ def mark(ax: Axes, marked: list[tuple[float, str]], unit: Shown, named: bool) ->
         ax.set_ylim(top=ax.transData.inverted().transform(ax.transAxes.transform((0, 1 + HEADROOM)))[1])
     for value, label in marked:
         ax.axvline(value * unit.factor, color=style.WARNING, linewidth=0.7, linestyle=(0, (4, 2)), zorder=3)
-        if named and label:
-            along = ax.transAxes.inverted().transform(ax.transData.transform((value * unit.factor, 0.0)))[0]
+        along = ax.transAxes.inverted().transform(ax.transData.transform((value * unit.factor, 0.0)))[0]
+        if named and label and 0.0 <= along <= 1.0:
             side = {"ha": "right", "xytext": (-2, -3)} if along > RIGHT else {"ha": "left", "xytext": (2, -3)}
             place = {"xy": (value * unit.factor, 1.0), "xycoords": ("data", "axes fraction"), **side}
             ax.annotate(label, **place, textcoords="offset points", va="top", color=style.WARNING)
