@@ -119,6 +119,11 @@ def test_a_speed_is_the_imposed_one_but_for_rounding():
     assert str(10 / 3) in accepted["initial.angular_velocity.crank"]
 
 
+def test_a_branch_of_none_is_none_also_where_loops_have_no_branch():
+    mechanism = catalog.watt(clearance=0)
+    assert start(mechanism, {"branch": None, "crank_speed": None})[:2] == start(mechanism, None)[:2]
+
+
 def test_every_contradiction_is_named_at_once():
     given = {"crank_speed": 1.0, "branch": "lower", "crank_angel": 0.0}
     assert set(refused(STEADY, {k: given[k] for k in ("crank_speed", "branch")})) == {

@@ -62,7 +62,7 @@ def start(mechanism: Mechanism, initial: Any, forest: Forest | None = None) -> S
         raise InputError(problems, "initial")
     if not initial.keys().isdisjoint(WRITTEN_OUT):
         return placed(mechanism, *_written_out(mechanism, initial))
-    return ideal_state(mechanism, **{key: own.get(key, value) for key, value in initial.items()})
+    return ideal_state(mechanism, **{k: own.get(k, v) for k, v in initial.items() if v is not None})
 
 
 def _fixed(mechanism: Mechanism, closed: bool) -> dict[str, Any]:
