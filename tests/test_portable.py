@@ -16,6 +16,7 @@ from jointplay.jobs import interrupts
 from jointplay.solver.motion import progress
 from tests.docs.pages import ROOT
 from tests.support.study_samples import SOFT
+from tests.support.windows import MODULES
 from tests.test_docstrings import FILES
 
 posix = pytest.mark.skipif(os.name == "nt", reason="plays Windows on a POSIX system")
@@ -24,7 +25,6 @@ ALONE = {  # what is not there on Windows, or does something else
     "setsid mkfifo chown fchmod statvfs sysconf sched_getaffinity getloadavg sync set_blocking waitpid",
     "signal": "pthread_kill pthread_sigmask setitimer alarm pause set_wakeup_fd SIGURG SIGKILL SIGHUP",
 }
-MODULES = ["fcntl", "resource", "pwd", "grp", "termios", "tty", "pty", "syslog"]
 LISTED = {  # by name: the file, and what is done without it
     "fcntl": ("jointplay.jobs.files", "msvcrt locks"),
     "os.geteuid": ("jointplay.solver.codegen.place", "owners and modes are not asked for"),
@@ -71,7 +71,7 @@ def used(tree):
     """Names of POSIX alone in a file, also as texts of `getattr` and `hasattr`."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names if alias.name in MODULES)
+            yield from (alias.name for alias in node.names if alias.name in MODULES.split())
         elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
             yield f"{node.value.id}.{node.attr}"
         elif isinstance(node, ast.Call) and len(node.args) > 1 and isinstance(node.args[1], ast.Constant):
@@ -79,7 +79,9 @@ def used(tree):
 
 
 def test_whatever_is_of_posix_alone_is_listed_with_what_is_done_without_it():
-    names = {f"{module}.{name}" for module, text in ALONE.items() for name in text.split()} | {*MODULES}
+    names = {f"{module}.{name}" for module, text in ALONE.items() for name in text.split()} | {
+        *MODULES.split()
+    }
     found = {}
     for file, path in FILES.items():
         text = path.read_text(encoding="utf-8")
