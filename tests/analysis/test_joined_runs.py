@@ -50,6 +50,16 @@ def test_two_halves_are_the_whole(name, rtol):
     assert np.linalg.norm(apart) < ROOM * max(rtol, 1e-14) * (1 + np.linalg.norm(growth, 2))
 
 
+@pytest.mark.parametrize("mechanism", [jp.catalog.chunmei2002(1e-4), jp.catalog.slider_crank(clearance=1e-4)])
+def test_a_motion_goes_on_after_more_turns_than_a_start_may_have(mechanism):
+    run = {"record": ["journal_x", "drive_torque"], "rtol": 1e-9}
+    first = jp.simulate(mechanism, turns=1010, samples_per_turn=1, **run)
+    second = jp.simulate(mechanism, turns=1, samples_per_turn=8, initial=first.end_state, **run)
+    whole = jp.simulate(mechanism, turns=1011, samples_per_turn=8, **run)
+    for name in run["record"]:
+        assert second[name].values == pytest.approx(whole[name].values[-9:], rel=1e-6, abs=1e-12)
+
+
 def test_an_end_of_a_constant_speed_has_the_angle_of_the_crank():
     mechanism = pinned(0.8)
     found = jp.simulate(mechanism, turns=0.25, samples_per_turn=4)

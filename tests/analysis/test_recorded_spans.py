@@ -225,3 +225,23 @@ def test_between_samples_each_force_s_extremes_are_those_of_a_dense_record(linka
         found.highest_normal_force.attrs["long_name"]
         == "highest normal contact force since the sample before"
     )
+
+
+def test_the_top_of_a_short_contact_is_met_though_a_step_passes_over_it(linkage):
+    """Stiff faces: a contact lasts two or three steps, too few for a parabola through its force."""
+    stiff = linkage.varied({"joints.B.contact.stiffness": 1e10, "joints.B.contact.damping": 10.0})
+    turns, period = 20, float(jp.simulate(linkage, turns=0.01)["turn_period_nominal"])
+    found = jp.simulate(stiff, turns=turns, record=["normal_force"], samples_per_turn=30, rtol=1e-9)
+    begins = found["event_time"].values[jp.words(found)["event_kind"].values == "contact"]
+    ends = found["event_time"].values[jp.words(found)["event_kind"].values == "separation"]
+    ends = ends[np.searchsorted(ends, begins).clip(max=len(ends) - 1)]
+    short = ends - begins < 1e-3 * period
+    assert short.sum() > 100
+    at = np.concatenate([np.linspace(*span, 60) for span in zip(begins[short], ends[short], strict=True)])
+    at = np.unique(np.concatenate([at, np.linspace(0, turns * period, 20_000)]))
+    dense = jp.simulate(
+        stiff, duration=turns * period, at=at[at <= turns * period], record=["normal_force"], rtol=1e-9
+    )
+    most = dense["normal_force"].values.max()
+    assert float(found["largest_normal_force"].max()) == pytest.approx(most, rel=2e-3)
+    assert float(found["largest_normal_force"].max()) >= most * (1 - 1e-6)

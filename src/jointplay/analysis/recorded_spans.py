@@ -3,6 +3,10 @@
 Contacts are those of the integrator's list of events. Largest sizes are those at the integrator's own points,
 both sides of every event, and at even times that depend on the spans alone, with a parabola through the top.
 The same points give each force's extremes between its samples.
+
+A short contact has few points, too few for a parabola through its force. Its states are known with their
+rates: about the largest point they are interpolated by a polynomial through it and both neighbours, and the
+force is evaluated there.
 """
 
 from __future__ import annotations
@@ -32,6 +36,8 @@ COARSE, FINER = 720, 5  # even times in a turn, and how many times as many in sh
 MANY, MOST = 16_384, 2_000_000  # even times in all: beyond the first no finer ones, beyond the second none
 BLOCK = 100_000  # rows evaluated at once
 UNEVEN = 0.01  # of the longer of two intervals: a shorter one is not used for a parabola
+LOW = 0.5  # of the largest point: lower ones are not looked about
+HIGHEST, CLOSE = 32, 16  # points about which a largest size is sought, and interpolated states about each
 NORMAL, ACROSS, PINS = "normal_force", "tangential_force", "reaction"
 OUTS = {
     "recorded_time": Out((), "time that counts and largest sizes are of", "s"),
@@ -128,13 +134,12 @@ def extremes(
         order = np.insert(even.time[samples], at, own.time[points])
         part = samples if shared else slice(None)
         values = {n: np.insert(there[n][1][part], at, each[1], axis=0) for n, each in found.items()}
-        sizes = {name: np.abs(each) for name, each in values.items()}
+        sizes = _sizes_of(values)
         dims = {name: each[0][1:] for name, each in found.items()}
-        if ACROSS in sizes:
-            sizes["force"] = np.hypot(sizes[NORMAL], sizes.pop(ACROSS))
-            dims["force"] = dims[NORMAL]
-        for name, size in sizes.items():
-            most = np.apply_along_axis(top, 0, size, order)
+        dims["force"] = dims.get(NORMAL, ())
+        rows = np.insert(even.rows[samples], at, own.rows[points], axis=0)
+        for name, most in peaks(own, rows, sizes).items():
+            size = sizes[name]
             tops[name] = np.fmax(tops.get(name, np.nan), most)
             if name in high:  # the parabola's top is met where the size was largest
                 met = np.where(size == np.fmax.reduce(size, axis=0), most, size)
@@ -155,6 +160,74 @@ def extremes(
             for name, each in extreme.items()
         }
     return groups
+
+
+def _sizes_of(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Sizes of quantities; that of the resultant in place of the tangential force's."""
+    sizes = {name: np.abs(each) for name, each in values.items()}
+    if ACROSS in sizes:
+        sizes["force"] = np.hypot(sizes[NORMAL], sizes.pop(ACROSS))
+    return sizes
+
+
+def peaks(given: Quantities, rows: np.ndarray, sizes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Largest sizes of quantities over rows of a motion, of each joint where they are of joints."""
+    most = {name: np.apply_along_axis(top, 0, size, rows[:, 0]) for name, size in sizes.items()}
+    forces = [name for name in (NORMAL, PINS, "force") if name in sizes and given.model.links]
+    wanted = {(name, j): _tops(column) for name in forces for j, column in enumerate(sizes[name].T)}
+    places = sorted({at for each in wanted.values() for at in each})
+    around = {at: near for at in places if (near := _around(given.model, rows, at)) is not None}
+    if not around:
+        return most
+    names = [name for name in (NORMAL, ACROSS, PINS) if name in sizes or (name != PINS and "force" in sizes)]
+    close = Quantities(given.model, np.concatenate([*around.values()]), given.start)
+    found = _sizes_of({name: each[1] for name, each in close.variables(names, "time").items()})
+    parts = {at: slice(k * (CLOSE + 1), (k + 1) * (CLOSE + 1)) for k, at in enumerate(around)}
+    for (name, j), tops in wanted.items():
+        values = [top(found[name][parts[at], j], close.time[parts[at]]) for at in tops if at in around]
+        most[name][j] = max(values, default=most[name][j])
+    return most
+
+
+def _tops(sizes: np.ndarray) -> list[int]:
+    """Places of the highest of the points that no neighbour exceeds: the largest may lie beside another."""
+    padded = np.concatenate([[-np.inf], np.nan_to_num(sizes, nan=-np.inf), [-np.inf]])
+    inner = padded[1:-1]
+    least = LOW * max(inner.max(initial=0.0), np.finfo(float).tiny)
+    at = np.flatnonzero((inner >= padded[:-2]) & (inner >= padded[2:]) & (inner >= least))
+    return at[np.argsort(inner[at], kind="stable")[-HIGHEST:]].tolist()
+
+
+def _around(model: Model, rows: np.ndarray, at: int) -> np.ndarray | None:
+    """States between three rows of one piece, about the middle one or at an end of the piece; None: no three.
+
+    Positions are the polynomial of fifth degree through the three rows that has their speeds; speeds are its
+    slope, and all else is the parabola through the rows.
+    """
+    half, first = len(model.turning), 1 + len(model.state)
+    modes = slice(first, first + len(model.touching))
+    for begin in (at - 1, at - 2, at):
+        three = rows[max(begin, 0) : begin + 3]
+        gaps = np.diff(three[:, 0])
+        if len(gaps) == 2 and gaps.min() > UNEVEN * gaps.max() and not np.ptp(three[:, modes], axis=0).any():
+            break
+    else:
+        return None
+    scale, powers = gaps.max(), np.arange(6)
+    s = (three[:, 0] - three[1, 0]) / scale
+    fine = np.linspace(s[0], s[2], CLOSE + 1)
+
+    def slopes(s: np.ndarray) -> np.ndarray:
+        return powers * s[:, None] ** np.maximum(powers - 1, 0)
+
+    places, speeds = three[:, 1 : 1 + half], three[:, 1 + half : 1 + 2 * half]
+    known = np.concatenate([s[:, None] ** powers, slopes(s)])
+    course = np.linalg.solve(known, np.concatenate([places, scale * speeds]))
+    near = fine[:, None] ** powers[:3] @ np.linalg.solve(s[:, None] ** powers[:3], three)
+    near[:, 1 : 1 + half] = fine[:, None] ** powers @ course
+    near[:, 1 + half : 1 + 2 * half] = slopes(fine) @ course / scale
+    near[:, modes] = three[1, modes]
+    return near
 
 
 def top(sizes: np.ndarray, times: np.ndarray) -> float:

@@ -21,7 +21,7 @@ from jointplay.analysis.partial import MOST, evaluated
 from jointplay.analysis.quantities import EVENTS, WORDS, recorded
 from jointplay.analysis.starts import moved, placed, whole_names
 from jointplay.display.errors import Problem, refuse
-from jointplay.solver.mechanism.base import Flag, Natural, NonNegative, Number
+from jointplay.solver.mechanism.base import FAR, Flag, Natural, NonNegative, Number
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 from jointplay.solver.motion.trajectory import INTERRUPTED, Records, Request, advance, follow, memory
@@ -321,11 +321,16 @@ def end_state(model: Model, records: Records) -> np.ndarray:
     """State at the end, as `starts.placed` takes it; NaN where a run that starts there would go on otherwise.
 
     So it is where the time counts (of a forced system unless periods are over), and where a contact or a
-    switch is in a mode that no start has there.
+    switch is in a mode that no start has there. Whole turns beyond what a start may have are taken off.
     """
     n_x, time = len(model.state), records.end[0]
     state, angle = records.end[1 : 1 + n_x], model.crank_angle + model.crank_speed * time
     found = np.append(state, angle)[: len(whole_names(model))]
+    foldable = np.zeros(len(found), dtype=bool)
+    foldable[: len(model.fold)] = model.fold
+    foldable[n_x:] = model.links and not model.structure.springs  # which may be wound up
+    far = foldable & (np.abs(found) > FAR)
+    found[far] -= math.tau * np.round(found[far] / math.tau)
     goes_on = np.isfinite(found).all() and _starts_anew(model, time) and _alike(model, records)
     return found if goes_on else np.full_like(found, np.nan)
 

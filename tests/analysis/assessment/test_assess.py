@@ -202,20 +202,25 @@ def test_forces_and_losses_are_those_of_other_runs():
 
 
 def test_a_rigid_bearing_is_hit_and_its_largest_forces_are_narrow():
-    """Against the list of events, and forces at 131 072 even times of a turn."""
+    """Against the list of events, and forces at 524 288 even times of a turn."""
     rigid = unshown.TEN["rigid slider"]()
     found = forces(present(rigid, None, BRIEF), 2, BRIEF)
-    recorded = {"record": ("normal_force", "tangential_force", "reaction"), "samples_per_turn": 2**17}
+    recorded = {"record": ("normal_force", "tangential_force", "reaction"), "samples_per_turn": 2**19}
     turn = jp.words(jp.simulate(rigid, turns=1, transient=100, **recorded))
     hits = np.abs(turn["event_normal_velocity"].values[turn["event_kind"].values == "impact"])
     assert found["impact_speed"][0] == pytest.approx(hits.max(), rel=1e-5)
     assert found["impact_loss"][0] > 0.1 * found["joint_work"]
     assert found["impact_loss"][0] + found["friction_loss"][0] == pytest.approx(found["joint_work"], rel=1e-4)
-    own = {name: float(turn["reaction"].sel(pin=name).max()) for name in turn["pin"].values}
-    own["B"] = float(np.nanmax(np.hypot(turn["normal_force"], turn["tangential_force"])))
+    every, fourth = (largest_of(turn.isel(time=slice(None, None, step))) for step in (1, 4))
     for name, peak, error in zip(found["names"], found["peak"], found["peak_error"], strict=True):
-        assert peak == pytest.approx(own[name], rel=1e-3)
-        assert peak == pytest.approx(own[name], abs=error)
+        assert peak == pytest.approx(every[name], rel=1e-4)
+        # a force that jumps is largest beside the impact, which even times miss by a part of their distance
+        assert -1e-7 * peak < peak - every[name] < error + every[name] - fourth[name] + 1e-7 * peak
+
+
+def largest_of(turn):
+    own = {name: float(turn["reaction"].sel(pin=name).max()) for name in turn["pin"].values}
+    return own | {"B": float(np.nanmax(np.hypot(turn["normal_force"], turn["tangential_force"])))}
 
 
 @pytest.mark.parametrize(

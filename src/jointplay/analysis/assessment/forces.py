@@ -8,17 +8,18 @@ and both sides of every event:
     loss of friction   integral of F_t v_t
     sliding work       integral of |F_n v_t|     (to which Archard's wear is proportional)
 
-Peaks are tops of parabolas through the largest of these points and its neighbours. An error is the difference
-to every second sample, together with the scatter of the mean over turns, or, of a peak, with the difference
-of the record's halves. Check: the integrator's
-own integrals of the joints' work, and of the drive's, equal where nothing else takes or gives.
+Peaks are sought between these points too (`recorded_spans`). An error is the difference to every second
+sample, together with the scatter of the mean over turns, or, of a peak, with the difference of the record's
+halves. Check: the integrator's own integrals of the joints' work, and of the drive's, equal where nothing
+else takes or gives.
 Reference: Archard, Journal of Applied Physics 24 (1953), for the wear.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,8 +27,9 @@ import numpy as np
 from jointplay.analysis import rates, rules
 from jointplay.analysis.assessment.settled import CHANGES, Settled, Unsettled
 from jointplay.analysis.contacts import JOINT, KIND, ROW, TIME, approach
+from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.quantities import WORDS
-from jointplay.analysis.recorded_spans import top
+from jointplay.analysis.recorded_spans import peaks
 from jointplay.analysis.starts import moved
 from jointplay.analysis.sweeps.attractor import Plan
 from jointplay.solver.mechanism.model import Model
@@ -78,15 +80,15 @@ def forces(
     samples, steps = records.samples, records.steps[:, 2:]
     names = FORCES if brief else WANTED
     fine = _history(model, rtol, records, [steps, samples], names)
-    peak = np.apply_along_axis(top, 0, _sizes(fine), fine["time"])
-    answer = {"names": [*model.joints, *model.pins], "peak": peak} | _of_motion(motion)
+    largest = partial(_largest, model, records)
+    answer = {"names": [*model.joints, *model.pins], "peak": largest(fine)} | _of_motion(motion)
     if model.joints:
         answer["impact_speed"] = _impact_speeds(model, records)
     if brief:
         return answer
     coarse = _history(model, rtol, records, [steps, samples[::2]], names)
     answer["force"] = _shown(fine, times[-1 - per_turn :])
-    answer["peak_error"] = _peak_error(answer["peak"], fine, coarse, bounds[-1] / 2)
+    answer["peak_error"] = _peak_error(largest, fine, coarse, bounds[-1] / 2)
     if model.joints:
         hits = _taken_by_hits(records.events, fine, bounds, len(model.joints))
         answer |= _losses(fine, coarse, bounds, hits)
@@ -111,29 +113,37 @@ def _history(
     here = {"joint": model.joints, "pin": model.pins}
     names = [name for name in wanted if here.get(WORDS[name].of, model.joints)]
     found = rates.quantities(model, rtol, records, rows).variables(names, "time")
-    return {name: values for name, (_, values, _) in found.items()} | {"time": rows[:, 0]}
+    return {name: values for name, (_, values, _) in found.items()} | {"time": rows[:, 0], "rows": rows}
 
 
-def _sizes(given: History) -> np.ndarray:
-    """Force of each joint, joints with clearance first."""
-    parts = [given["reaction"]] if "reaction" in given else []
+def _sizes(given: History) -> History:
+    """Forces of joints with clearance, and of the others."""
+    sizes = {"reaction": given["reaction"]} if "reaction" in given else {}
     if "normal_force" in given:
-        parts.insert(0, np.hypot(given["normal_force"], given["tangential_force"]))
-    return np.hstack(parts)
+        sizes = {"force": np.hypot(given["normal_force"], given["tangential_force"])} | sizes
+    return sizes
 
 
 def _shown(given: History, times: np.ndarray) -> np.ndarray:
     """Forces at even times of the last turn."""
-    sizes, wanted = _sizes(given), np.linspace(times[0], times[-1], SHOWN + 1)
+    sizes, wanted = np.hstack([*_sizes(given).values()]), np.linspace(times[0], times[-1], SHOWN + 1)
     return np.stack([np.interp(wanted, given["time"], each) for each in sizes.T], -1)
 
 
-def _peak_error(peak: np.ndarray, fine: History, coarse: History, half: float) -> np.ndarray:
-    """Error of the largest force of each joint."""
-    sizes, first = _sizes(fine), fine["time"] <= half
-    halves = sizes[first].max(axis=0) - sizes[~first].max(axis=0)
-    other = np.apply_along_axis(top, 0, _sizes(coarse), coarse["time"])
-    return np.maximum.reduce([np.abs(halves), np.abs(peak - other), peak - sizes.max(axis=0)])
+def _largest(model: Model, records: Records, given: History) -> np.ndarray:
+    """Largest force of each joint, joints with clearance first."""
+    sizes = _sizes(given)
+    found = peaks(Quantities(model, given["rows"], records.start), given["rows"], sizes)
+    return np.hstack([found[name] for name in sizes])
+
+
+def _peak_error(
+    largest: Callable[[History], np.ndarray], fine: History, coarse: History, half: float
+) -> np.ndarray:
+    """Error of the largest force of each joint: between the record's halves, and to the coarser record."""
+    first = fine["time"] <= half
+    early, late = (largest({name: each[part] for name, each in fine.items()}) for part in (first, ~first))
+    return np.maximum(np.abs(early - late), np.abs(largest(fine) - largest(coarse)))
 
 
 def _of_motion(motion: Settled) -> dict[str, Any]:
