@@ -197,3 +197,18 @@ def test_corners_that_touch_together():
         hard = jp.gradient(catalog.flores2010(), of=["end:angle:rod"], **rigid)
     assert VERDICTS[int(hard["derivative_status"])] == "simultaneous_events"
     assert "same instant" in str(jp.summary(hard))
+
+
+def test_a_motion_that_parts_from_its_neighbours_has_its_largest_value_and_no_derivative():
+    """Stiff faces: a run at another tolerance meets its hardest impact at another time, and misses this one."""
+    changes = {"joints.B.contact.stiffness": 1e8, "joints.B.contact.damping": 10.0}
+    stiff = catalog.slider_crank(clearance=5e-5).varied(changes)
+    keywords = {"of": ["largest:normal_force:B"], "by": ["joints.B.clearance"], "turns": 2}
+    with pytest.warns(jp.ModelWarning, match="part too fast"):
+        found = jp.gradient(stiff, **keywords)
+    assert VERDICTS[int(found["derivative_status"])] == "sensitive"
+    same = jp.simulate(stiff, turns=2, rtol=1e-10, record=["normal_force"])
+    assert float(found["value"][0]) == pytest.approx(float(same["largest_normal_force"].max()), rel=1e-3)
+    assert "hardly exists" in str(jp.summary(found))
+    soft = jp.gradient(stiff.varied({"joints.B.contact.stiffness": 1e7}), **keywords)
+    assert VERDICTS[int(soft["derivative_status"])] == "ok"

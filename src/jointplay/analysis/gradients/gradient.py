@@ -202,13 +202,14 @@ def gradient(
     except ArithmeticError as stop:
         status = int(stop.args[0])
     opened = run is not None and not status and bool(np.isnan(slopes[~orbits]).any())
-    verdict = gradient_dataset.verdict(near, equal, opened)
+    present = np.array([_present(mechanism, key, initial) for key in keys])
+    parting = gradient_dataset.sensitive(values[~orbits], present, slopes[~orbits], error[~orbits])
+    verdict = gradient_dataset.verdict(near, equal, opened, parting)
     through = status == Status.NO_DERIVATIVE or (run is not None and status == Status.CHATTER)
     if through:  # the motion goes on, its derivatives do not
         status, verdict = 0, VERDICTS.index("simultaneous_events")
     if verdict and not status:
         warn(f"a derivative hardly exists here: {WHY[VERDICTS[verdict]]}")
-    present = np.array([_present(mechanism, key, initial) for key in keys])
     with np.errstate(invalid="ignore", divide="ignore"):
         relative = slopes * present / values[:, None]
     table = gradient_dataset.labels(quantities, keys, mechanism) | ended(status, began)

@@ -18,19 +18,31 @@ WHY = {  # there is no derivative, or hardly one
     "nearly_touching": "a gap almost closes in flight, and neighbouring motions touch there",
     "equal_multipliers": "two multipliers are equal, and they part as a square root does",
     "one_sided": "the body starts at rest on a wall, and neighbouring starts lie clear of it or inside it",
+    "sensitive": "runs at two tolerances differ by more than a tenth: neighbouring motions part too fast",
     "no_motion": "the motion did not reach its end",
 }
 VERDICTS = tuple(WHY)
 GRAZING, TOGETHER, TOUCHING = 1e-6, 1e-9, 1e-6  # up to which there is hardly a derivative
+SENSITIVE, NOTHING = 0.1, 1e-9  # relative error beyond which there is none; what counts as no value
 
 
-def verdict(near: tuple[float, float, float], equal: bool = False, opened: bool = False) -> int:
+def sensitive(values: np.ndarray, present: np.ndarray, slopes: np.ndarray, error: np.ndarray) -> bool:
+    """Whether an error is beyond `SENSITIVE` of its derivative, and of what it would change the value by."""
+    with np.errstate(invalid="ignore"):
+        beyond = error > SENSITIVE * np.abs(slopes)
+        size = np.maximum(np.abs(values[:, None]), NOTHING)
+        return bool(np.any(beyond & (error * np.abs(present) > SENSITIVE * size)))
+
+
+def verdict(
+    near: tuple[float, float, float], equal: bool = False, opened: bool = False, parting: bool = False
+) -> int:
     """Code of whether there is a derivative: 0, `ok`, if so."""
     if np.isnan(near[0]):
         return len(VERDICTS) - 1
     limits = (GRAZING, TOGETHER, TOUCHING)
     close = (i for i, (v, limit) in enumerate(zip(near, limits, strict=True), 1) if v < limit)
-    usual = "one_sided" if opened else "equal_multipliers" if equal else "ok"
+    usual = "one_sided" if opened else "equal_multipliers" if equal else "sensitive" if parting else "ok"
     return next(close, VERDICTS.index(usual))
 
 
