@@ -9,7 +9,7 @@ import jointplay as jp
 from jointplay.analysis.assessment.branch_walk import Branch
 from jointplay.analysis.assessment.edges import HOW, Search, edges
 from jointplay.analysis.assessment.forces import forces
-from jointplay.analysis.assessment.settled import CHANGES, Settled, plan, present
+from jointplay.analysis.assessment.settled import CHANGES, Settled, followed, plan, present
 from jointplay.display.errors import InputError
 from tests.support import unshown
 
@@ -216,6 +216,16 @@ def test_a_rigid_bearing_is_hit_and_its_largest_forces_are_narrow():
         assert peak == pytest.approx(every[name], rel=1e-4)
         # a force that jumps is largest beside the impact, which even times miss by a part of their distance
         assert -1e-7 * peak < peak - every[name] < error + every[name] - fourth[name] + 1e-7 * peak
+
+
+def test_what_stiff_contacts_store_and_give_back_is_no_loss():
+    """Impacts without friction: each stores many times what it loses."""
+    changes = {"joints.B.contact.stiffness": 1e10, "joints.B.contact.damping": 316.0}
+    stiff = jp.catalog.slider_crank(clearance=1e-4, friction=0.0).varied(changes)
+    found = forces(followed(stiff, None, plan(30, 8, 20, 1e-8, None)), 8, BRIEF)
+    assert found["separations"][0] > 50
+    assert found["impact_loss"][0] > 0
+    assert found["impact_loss"][0] == pytest.approx(found["joint_work"], rel=1e-9)
 
 
 def largest_of(turn):

@@ -200,7 +200,7 @@ def test_corners_that_touch_together():
 
 
 def test_a_motion_that_parts_from_its_neighbours_has_its_largest_value_and_no_derivative():
-    """Stiff faces: a run at another tolerance meets its hardest impact at another time, and misses this one."""
+    """Stiff faces: a run at another tolerance has its hardest impact at another time, and misses this one."""
     changes = {"joints.B.contact.stiffness": 1e8, "joints.B.contact.damping": 10.0}
     stiff = catalog.slider_crank(clearance=5e-5).varied(changes)
     keywords = {"of": ["largest:normal_force:B"], "by": ["joints.B.clearance"], "turns": 2}

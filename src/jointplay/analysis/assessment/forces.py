@@ -10,8 +10,7 @@ and both sides of every event:
 
 Peaks are sought between these points too (`recorded_spans`). An error is the difference to every second
 sample, together with the scatter of the mean over turns, or, of a peak, with the difference of the record's
-halves. Check: the integrator's own integrals of the joints' work, and of the drive's, equal where nothing
-else takes or gives.
+halves. The sum of both losses is the integrator's own integral of the joints' work.
 Reference: Archard, Journal of Applied Physics 24 (1953), for the wear.
 """
 
@@ -162,11 +161,28 @@ def _powers(given: History) -> dict[str, np.ndarray]:
 
 
 def _losses(fine: History, coarse: History, bounds: np.ndarray, hits: np.ndarray) -> dict[str, np.ndarray]:
-    """Integrals of each joint with clearance, J per turn, and their errors."""
-    answer, less = {}, _powers(coarse)
-    for name, power in _powers(fine).items():
-        both = (_per_turn(fine, power, bounds), _per_turn(coarse, less[name], bounds))
-        answer |= _mean(name, *(each + hits if name == "impact_loss" else each for each in both))
+    """Integrals of each joint with clearance, J per turn, and their errors.
+
+    What a stiff contact stores and gives back is many times its loss: the joints' work, which the integrator
+    has, says by how much the sum of their losses is off, to which each adds by what passes through it.
+    """
+    each, less = (
+        {n: _per_turn(part, power, bounds) for n, power in _powers(part).items()} for part in (fine, coarse)
+    )
+    unsure = np.zeros(hits.shape[1])
+    for integrals, part in ((less, coarse), (each, fine)):
+        integrals["impact_loss"] += hits
+        through = np.abs(_powers(part)["impact_loss"])
+        share = _per_turn(part, through, bounds) + np.finfo(float).tiny
+        share /= share.sum(axis=1, keepdims=True)
+        work = np.diff(part["joint_work"][np.searchsorted(part["time"], bounds - 1e-12 * bounds[-1])])
+        off = work - sum(integrals[name].sum(axis=1) for name in PER_TURN[:2])
+        integrals["impact_loss"] += share * off[:, None]
+        unsure = np.abs(np.mean(share * (1 - share) * off[:, None], axis=0))
+    answer = {}
+    for name in PER_TURN:
+        answer |= _mean(name, each[name], less[name])
+    answer["impact_loss_error"] = np.hypot(answer["impact_loss_error"], unsure)
     return answer
 
 

@@ -396,9 +396,7 @@ def _contacts(dataset: Dataset) -> list[str]:
         rows.append((name, count, share, speed, *each))
     losses = _number(float(dataset["joint_loss"]), float(dataset["joint_loss_error"]), factor)
     taken, given = (float(dataset[name]) for name in ("joint_work", "drive_work"))
-    whole = (f"{plain(factor * work, 5)} {symbol}" for work in (taken, given))
-    check = "  check: losses together {} {}; integrated along, the joints take {}, the drive gives {}"
-    check = check.format(losses, symbol, *whole)
+    check = f"  check: losses together {losses} {symbol}; the drive gives {plain(factor * given, 5)} {symbol}"
     if abs(given - taken) > UNEQUAL * abs(taken):
         check += " (the difference is stored, or goes elsewhere)"
     title = "Contact, per turn: separations, energy lost, and normal force times sliding distance"
