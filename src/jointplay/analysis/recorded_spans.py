@@ -139,11 +139,9 @@ def extremes(
         dims["force"] = dims.get(NORMAL, ())
         rows = np.insert(even.rows[samples], at, own.rows[points], axis=0)
         for name, most in peaks(own, rows, sizes).items():
-            size = sizes[name]
             tops[name] = np.fmax(tops.get(name, np.nan), most)
-            if name in high:  # the parabola's top is met where the size was largest
-                met = np.where(size == np.fmax.reduce(size, axis=0), most, size)
-                values[name] = np.copysign(met, values[name])
+            if name in high:
+                values[name] = np.copysign(sizes[name], values[name])
         last = np.searchsorted(times, order)
         inside = last < len(times)
         for name, each in high.items():
@@ -171,7 +169,10 @@ def _sizes_of(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def peaks(given: Quantities, rows: np.ndarray, sizes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Largest sizes of quantities over rows of a motion, of each joint where they are of joints."""
+    """Largest sizes of quantities over rows of a motion, of each joint where they are of joints.
+
+    The highest of the `sizes` become those of the tops beside them.
+    """
     most = {name: np.apply_along_axis(top, 0, size, rows[:, 0]) for name, size in sizes.items()}
     forces = [name for name in (NORMAL, PINS, "force") if name in sizes and given.model.links]
     wanted = {(name, j): _tops(column) for name in forces for j, column in enumerate(sizes[name].T)}
@@ -184,8 +185,10 @@ def peaks(given: Quantities, rows: np.ndarray, sizes: dict[str, np.ndarray]) -> 
     found = _sizes_of({name: each[1] for name, each in close.variables(names, "time").items()})
     parts = {at: slice(k * (CLOSE + 1), (k + 1) * (CLOSE + 1)) for k, at in enumerate(around)}
     for (name, j), tops in wanted.items():
-        values = [top(found[name][parts[at], j], close.time[parts[at]]) for at in tops if at in around]
-        most[name][j] = max(values, default=most[name][j])
+        for at in tops:
+            if at in around:
+                sizes[name][at, j] = top(found[name][parts[at], j], close.time[parts[at]])
+        most[name][j] = max(sizes[name][tops, j], default=most[name][j])
     return most
 
 
