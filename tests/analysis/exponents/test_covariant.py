@@ -128,6 +128,13 @@ def test_where_every_direction_is_lost_nothing_is_told(transient):
     assert "2 directions lost at events" in str(jp.summary(found))
 
 
+def test_of_an_ideal_linkage_all_is_the_crank_s():
+    found = jp.covariant(catalog.chunmei2002(clearance=0.0), turns=2, settling=1, transient=3)
+    assert int(found["status"]) == 0
+    assert found["part"].values.tolist() == ["crank"]
+    assert found["mean_share"].values == pytest.approx(np.ones((2, 1)))
+
+
 def test_an_ideal_motion_has_no_play_in_it():
     """Turn the crank of the closed linkage a little: all of the change is the crank's, rates included."""
     model = assemble(catalog.chunmei2002(**LOOSE))

@@ -104,7 +104,7 @@ def _coordinates(model: Model, time: float, state: np.ndarray) -> np.ndarray:
     keys = [f"journal_{axis}:{name}" for name in model.joints for axis in "xy"]
     steps = np.pad(unit, ((0, 0), (0, len(state) - len(names))))
     play = _evaluated(model, keys, time, state + 1j * COMPLEX * steps).imag / COMPLEX
-    return np.concatenate([unit[crank], play.reshape(len(keys), -1), unit[bending]])
+    return np.concatenate([unit[crank], play.reshape(len(keys), len(names)), unit[bending]])
 
 
 def _turning(model: Model, time: float, state: np.ndarray) -> np.ndarray:
