@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pages import api, figures, gallery, keys, kinds, laws, materials, notebooks
+from pages import api, figures, gallery, keys, kinds, laws, materials, notebooks, values
 
 
 def pages() -> dict[str, str]:
     """The text of every generated page by its file name."""
     own = {"keys.md": keys.page(), "catalog.md": keys.catalog_page(), "gallery.md": gallery.page()}
-    own |= {"laws.md": laws.page(), "materials.md": materials.page()}
+    own |= {"laws.md": laws.page(), "materials.md": materials.page(), "values.md": values.page()}
     return own | kinds.pages() | {"figures.md": figures.page()} | notebooks.pages() | api.pages()
 
 

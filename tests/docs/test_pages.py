@@ -47,7 +47,7 @@ WORDS = {  # of a page at most, with its tables and code: what tables of keys sa
     "findings": 1040,
     "own-equations": 985,
     "friction-laws": 870,
-    "troubles": 790,
+    "troubles": 815,
     "stiffness": 750,
     "equations": 730,
     "report": 700,

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import jointplay as jp
 from jointplay.solver.mechanism.start import start
 
 RADIUS = 0.01  # of journals, m: nothing depends on it without friction
@@ -41,6 +42,15 @@ class Run:
         u = self.penetration(joint)
         (i,) = np.nonzero((u[:-1] <= 0) & (u[1:] > 0))
         return self.t[i] + (self.t[i + 1] - self.t[i]) * -u[i] / (u[i + 1] - u[i])
+
+
+def free(mechanism):
+    """A linkage without drive and friction."""
+    joints = [
+        joint if joint.prismatic else jp.Joint(**dict(joint) | {"friction": None})
+        for joint in mechanism.joints
+    ]
+    return jp.Mechanism(**dict(mechanism) | {"joints": joints, "drive": None})
 
 
 def follow(mechanism, initial, end, h):

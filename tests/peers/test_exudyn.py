@@ -10,7 +10,7 @@ import pytest
 
 import jointplay as jp
 
-from .exudyn_twin import follow
+from .exudyn_twin import follow, free
 
 pytestmark = pytest.mark.peer
 pytest.importorskip("exudyn")
@@ -22,15 +22,6 @@ SCENES = {
     "stephenson": (jp.catalog.stephenson(clearance={"B": 1e-4, "D": 1e-4}), 0.008),
 }
 START = {"crank_angle": 0.3, "crank_speed": 60.0}
-
-
-def free(mechanism):
-    """Without drive and friction."""
-    joints = [
-        joint if joint.prismatic else jp.Joint(**dict(joint) | {"friction": None})
-        for joint in mechanism.joints
-    ]
-    return jp.Mechanism(**dict(mechanism) | {"joints": joints, "drive": None})
 
 
 @pytest.mark.parametrize("name", ["slider_crank", pytest.param("stephenson", marks=pytest.mark.nightly)])

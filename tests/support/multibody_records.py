@@ -8,7 +8,7 @@ import numpy as np
 
 from jointplay.solver.mechanism.start import start
 from tests.support import multibody_beams
-from tests.support.multibody import GROUND, Body, Marker, Play, Prismatic, Revolute, System
+from tests.support.multibody import GROUND, Body, Marker, Now, Play, Prismatic, Revolute, System
 from tests.support.multibody_laws import normal, tangential
 from tests.support.multibody_loads import Driven, Held, constant_speed, force, motor, spring, torque, torsion
 from tests.support.multibody_run import assemble
@@ -58,6 +58,17 @@ def at_state(mechanism, model, state) -> tuple[System, np.ndarray]:
     ideal = [joint for joint in system.joints if not joint.play]
     closing = System(system.bodies, ideal, [*system.drives, *held])
     return system, assemble(closing, rough(mechanism, {"crank_angle": float(crank)}))
+
+
+def state_at(mechanism, model, system, t: float, y) -> np.ndarray:
+    """The program's own unknowns and their rates, read off bodies: what `at_state` puts them at."""
+    now, roots = Now(system, t, y), [chain[0] for chain in model.structure.floats]
+    read = []
+    for name in plain(model.structure).STATE[1 : len(model.turning) + 1]:
+        word, _, rest = name.partition("_")
+        value, row = _seen(system, word, rest, roots)(now)
+        read.append((value, row @ now.v))
+    return np.transpose(read).ravel()
 
 
 def _seen(system, word, rest, roots):

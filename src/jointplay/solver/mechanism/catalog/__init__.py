@@ -31,6 +31,7 @@ from jointplay.solver.mechanism.own.systems import (
     SYSTEMS,
     TestSystem,
     bouncing_ball as bouncing_ball,
+    cam_follower as cam_follower,
     duffing as duffing,
     gear_backlash as gear_backlash,
     impact_pair as impact_pair,

@@ -4,8 +4,9 @@ They are dimensionless, on the time scale on which their known answers are state
 the state that its docstring gives. References: Lorenz (1963); Roessler (1976); jerk with |x| after Linz and
 Sprott (1999); two-well Duffing after Holmes (1979); impact pair and soft impact pair (rattling frame) after
 Dubowsky and Freudenstein (1971) with forcing y'' = sin t; bouncing ball after Holmes (1982) and Guckenheimer
-and Holmes (1983); gear pair with backlash after Kahraman and Singh (1990); relief valve after Hos and
-Champneys (2012).
+and Holmes (1983); gear pair with backlash after Kahraman and Singh (1990), the stiffness of its mesh after
+Kahraman and Singh (1991); relief valve after Hos and Champneys (2012). The cam and its follower, in SI units,
+are after Osorio, di Bernardo and Santini (2007); the cam's arcs are those of Siconos' example `CamFollower`.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from jointplay.solver.mechanism.signature import preset
 
 TestSystem = System
 _Restitution = Annotated[NonNegative, Field(le=1)]
+_Share = Annotated[NonNegative, Field(lt=1)]
 _TAU = "2*pi"
 _SHAKEN = {"y": "v", "v": "sin(t)"}
 
@@ -145,27 +147,26 @@ def bouncing_ball(acceleration: Positive, restitution: _Restitution) -> System:
     return _system("bouncing_ball", numbers, start, rates=rates, forcing=_TAU, impacts=table)
 
 
-@preset("kahraman_singh1990", mean_load=0.1, amplitude=0.2, frequency=1.6, damping=0.05)
+@preset("kahraman_singh1990", "kahraman_singh1991", mean_load=0.1, amplitude=0.2, frequency=1.6, damping=0.05)
 def gear_backlash(
-    mean_load: Number, amplitude: NonNegative, frequency: Positive, damping: NonNegative
+    mean_load: Number, amplitude: NonNegative, frequency: Positive, damping: NonNegative, mesh: _Share = 0.0
 ) -> System:
-    """Gear pair with backlash: x'' + 2ζ x' + f(x) = F_m + F_a W² cos W t; starts at (0.5, 0).
+    """Gear pair with backlash: x'' + 2ζ x' + (1 + κ cos W t) f(x) = F_m + F_a W² cos W t; starts at (0.5, 0).
 
-    f is x − 1 above 1, 0 within ±1, x + 1 below −1.
+    f is x − 1 above 1, 0 within ±1, x + 1 below −1. W is the frequency at which teeth come into mesh, with
+    which their stiffness varies about its mean.
 
     Parameters
     ----------
-    mean_load, amplitude, frequency, damping : float
-        F_m, F_a, W and ζ.
+    mean_load, amplitude, frequency, damping, mesh : float
+        F_m, F_a, W, ζ and κ, from 0 to less than 1.
     """
     numbers = {"mean_load": mean_load, "amplitude": amplitude, "frequency": frequency, "damping": damping}
     force = "mean_load + amplitude*frequency**2*cos(frequency*t) - 2*damping*v"
-    flanks = (
-        {"name": "drive", "depth": "y - 1", "force": "depth"},
-        {"name": "coast", "depth": "-y - 1", "force": "depth"},
-    )
+    push = {"force": "(1 + mesh*cos(frequency*t))*depth"}
+    flanks = ({"name": "drive", "depth": "y - 1"} | push, {"name": "coast", "depth": "-y - 1"} | push)
     parts = {"rates": {"y": "v", "v": force}, "forcing": "2*pi/frequency", "contacts": flanks}
-    return _system("gear_backlash", numbers, {"y": 0.5, "v": 0.0}, **parts)
+    return _system("gear_backlash", numbers | {"mesh": mesh}, {"y": 0.5, "v": 0.0}, **parts)
 
 
 @preset("hos_champneys2012")
@@ -192,7 +193,68 @@ def relief_valve(
     return _system("relief_valve", numbers, start, rates=rates, impacts=seat)
 
 
+_JOIN, _TOP = 1.050328174371336, 1.22173047639603  # rad, from where the cam begins to rise
+_FAR = 0.45, 0.40393320723821  # m, centres of the flanks and of the nose's rounded edges from the axis
+_CAM = {  # arcs in the order of a turn: radius in m, how far its centre is, the turn at its end in rad
+    "rise": (0.85, _FAR[0], _JOIN),
+    "nose_up": (0.15, _FAR[1], _TOP),
+    "top": (_FAR[1] + 0.15, 0.0, math.pi - _TOP),
+    "nose_down": (0.15, _FAR[1], math.pi - _JOIN),
+    "fall": (0.85, _FAR[0], math.pi),
+    "base": (0.4, 0.0, 0.0),
+}
+
+
+@preset("osorio2007")
+def cam_follower(
+    speed: Positive = 37.49,
+    restitution: _Restitution = 0.8,
+    mass: Positive = 1.221,
+    stiffness: Positive = 1430.8,
+    damping: NonNegative = 0.0,
+) -> System:
+    """Follower with an edge, pressed on a turning cam by a spring; starts 0.3 m above it, rising at 0.4 m/s.
+
+    Its height h ≥ 0 above the cam's radius r obeys m (h'' + r'') + c (h' + r') + k (h + r − 0.3 m) = 0, with
+    rebounds h' → −e h'. The radius is 0.4 m on the base circle and 0.554 m at the top. Between are arcs: of
+    the radius 0.85 m about points 0.45 m from the axis, and of 0.15 m. Where arcs meet, r'' jumps.
+
+    Parameters
+    ----------
+    speed : float
+        Of the cam, rad/s.
+    restitution : float
+        e, from 0 to 1.
+    mass, stiffness, damping : float
+        m in kg, k in N/m and c in N s/m.
+    """
+    # An arc of radius ρ about a point d from the axis, at the angle γ from the edge, has r = u + s, where
+    # u = d cos γ, w = d sin γ and s² = ρ² − w². Over γ, r' = −w (1 + u/s) and r'' = ρ² (ρ² − d²)/s³ − r.
+    names, modes = list(_CAM), {}
+    for name, after in zip(names, [*names[1:], names[0]], strict=True):
+        left = f"({_CAM[name][-1]!r} - speed*t)"  # until the arc ends: as a sine that 180 degrees do not end
+        modes[name] = [{"to": after, "guard": f"1 + sin{left} - cos{left}"}]
+    u, w = (
+        f"({_FAR[0]!r}*(fall - rise)*{wave}(speed*t)"
+        f" + {_FAR[1]!r}*(nose_up*{wave}(speed*t - {_TOP!r}) - nose_down*{wave}(speed*t + {_TOP!r})))"
+        for wave in ("cos", "sin")
+    )
+    squares = "+".join(f"{rho**2!r}*{name}" for name, (rho, _, _) in _CAM.items())
+    bends = "+".join(f"{rho**2 * (rho**2 - d**2)!r}*{name}" for name, (rho, d, _) in _CAM.items())
+    s = f"sqrt({squares} - {w}**2)"
+    spring = f"stiffness*(height + {u} + {s} - 0.3) + damping*(v - speed*{w}*(1 + {u}/{s}))"
+    numbers = {"speed": f"{speed!r} rad/s", "restitution": restitution, "mass": f"{mass!r} kg"}
+    numbers |= {"stiffness": f"{stiffness!r} N/m", "damping": f"{damping!r} N s/m"}
+    parts = {
+        "rates": {"height": "v", "v": f"-({spring})/mass - speed**2*(({bends})/{s}**3 - {u} - {s})"},
+        "forcing": "2*pi/speed",
+        "modes": modes,
+        "impacts": ({"name": "cam", "gap": "height", "restitution": "restitution"},),
+    }
+    return _system("cam_follower", numbers, {"height": "0.3 m", "v": "0.4 m/s"}, **parts)
+
+
 _ALL = (lorenz, rossler, jerk, duffing, impact_pair, soft_impact_pair, bouncing_ball, gear_backlash)
-_ALL += (relief_valve,)
+_ALL += (relief_valve, cam_follower)
 SYSTEMS = {system.__name__: system for system in _ALL}
 CATALOG.own |= SYSTEMS
