@@ -10,6 +10,7 @@ from jointplay.solver.mechanism.assemble import assemble
 ARGUMENTS = {name: make.trial for name, make in catalog.NAMES.items()}
 ARGUMENTS["rossler"] = {"a": 0.2, "b": 0.3, "c": 5.7}  # all different, or a wrong order would not show
 STATES = {2: [(0.3, -0.7), (2.1, 1.4)], 3: [(1.2, -0.4, 7.0), (-3.0, 5.0, 0.2)]}
+STATES[8] = [(0.3, -0.7, 1, 0, 0, 0, 0, 0), (2.1, 1.4, 0, 0, 1, 0, 0, 0)]  # two, and one of six modes
 
 
 def oscillator(name, **changes):

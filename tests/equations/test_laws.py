@@ -184,6 +184,9 @@ def test_lanes_know_a_law(added, law, friction):
     mechanism = linkage(law, FRICTION[friction], clearance=5e-5)
     model = assemble(mechanism, section="angle:crank")
     request = Request(0.15 * model.period, 1e-6, events=True, log_from=-1.0)
+    if model.structure.joints[0].falls:  # with the sliding speed: it may excite what lanes do not look for
+        assert exclusion(model, request) == "falling_friction"
+        return
     assert not exclusion(model, request)
     (found,), alone = follow_ensemble([model], [request]), follow(model, request)
     assert found.events[:, 1].tolist() == alone.events[:, 1].tolist()
