@@ -24,9 +24,9 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 41_695,
+    "code lines of the suite": 41_702,
     "code lines of its analyses": 13_840,
-    "code lines of all three packages": 47_124,
+    "code lines of all three packages": 47_131,
     "files of the suite": 405,
     "files with one reader": 91,
     "entries at the top of the suite": 10,

@@ -216,6 +216,19 @@ def test_what_has_many_slopes_is_refused_as_a_guard_alone(text):
     assert not any(fares(text, place, counted) for place in ("gap", "depth", "guard"))
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "abs(log((tan(a)*x)**(abs(x)**v)))",  # a power of a negative number, within another function
+        "tan(max(sqrt(tan(v)), log(b)**log(y)))",
+        "sign(sin(min(exp(sin(-1)), tan(exp(1e300))))/abs(min(x, t) - abs(y)))",  # the tangent of no number
+    ],
+)
+def test_what_is_real_in_places_alone_is_refused_or_written(text):
+    for place in PLACES:
+        fares(text, place)
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_random_texts_are_refused_or_written(seed):
     dice = random.Random(seed)

@@ -34,7 +34,17 @@ _TOKEN = re.compile(
     rf"\s*(?:(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|({_NAME.pattern})|(\*\*|[-+*/(),]))"
 )
 _BINARY = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv, "**": operator.pow}
+
+
+def _power(base: float, exponent: float) -> float:
+    value = base**exponent
+    if isinstance(value, complex):
+        raise ValueError  # of a negative number
+    return value
+
+
 _NUMBERS = {
+    "**": _power,
     **{name: getattr(math, name) for name in ("sin", "cos", "tan", "sqrt", "exp", "log", "tanh")},
     "abs": abs,
     "sign": lambda x: math.copysign(1.0, x),
@@ -175,7 +185,7 @@ def _constant(tree: Tree) -> float | None:
     if None in parts:
         return None
     value = -parts[0] if tree.operation == "negative" else {**_BINARY, **_NUMBERS}[tree.operation](*parts)
-    if isinstance(value, complex) or not math.isfinite(value):
+    if not math.isfinite(value):
         raise ArithmeticError
     return value
 
@@ -238,7 +248,7 @@ def number(text: str, names: Mapping[str, float]) -> float:
     """
     try:
         value = parse(text).made_of(names, _NUMBERS, float)
-        if not isinstance(value, complex) and math.isfinite(value):
+        if math.isfinite(value):
             return float(value)
     except (ArithmeticError, ValueError) as error:
         if isinstance(error, InputError):

@@ -179,8 +179,7 @@ class _Writer:
             "cos": self._cos,
             "tan": lambda x: self._sin(x) / self._cos(x),
         } | _kinked(sign)
-        made = parse(text).made_of(self.names | more, functions, _numeral)
-        return real(text, made, sign).xreplace(NUMBERS)
+        return real(text, self.names | more, functions, sign).xreplace(NUMBERS)
 
     def _located(self, argument: Expr) -> Expr:
         """The sign of an argument; of one that moves, by a switch where it passes zero."""
@@ -284,7 +283,7 @@ def smooth(text: str, names: Mapping[str, Expr], more: dict[str, Callable] | Non
         Where it has a kink after all, as the root of a square, or no finite real value anywhere.
     """
 
-    return real(text, parse(text).made_of(names, _SMOOTH | (more or {}), _numeral), _no_kink(text))
+    return real(text, names, _SMOOTH | (more or {}), _no_kink(text))
 
 
 def _no_kink(text: str) -> Callable[[Expr], Expr]:
@@ -294,16 +293,19 @@ def _no_kink(text: str) -> Callable[[Expr], Expr]:
     return refused
 
 
-def real(text: str, made: Expr, sign: Callable[[Expr], Expr] = side) -> Expr:
-    """The expression that a text has made, if it has finite real values, with |x| as sign(x) x.
+def real(
+    text: str, names: Mapping[str, Expr], functions: Mapping[str, Callable], sign: Callable[[Expr], Expr]
+) -> Expr:
+    """The expression that a text makes, if it has finite real values, with |x| as sign(x) x.
 
     Raises
     ------
     InputError
         Where it has none, whatever the numbers: a division by 0, the root of what is below 0, overflow.
     """
-    if not constants_finite(text):
+    if not constants_finite(text):  # first: SymPy would look for the sine of a number without end
         raise refuse(text, _UNREAL)
+    made = parse(text).made_of(names, functions, _numeral)
     for part in preorder_traversal(made):
         if part in _NOWHERE or (part.is_Number and not math.isfinite(_float(part))):
             raise refuse(text, _UNREAL)
@@ -348,8 +350,7 @@ def at_rest(text: str, names: Mapping[str, Expr], kinks: bool = True) -> Expr:
         As `real`.
     """
     waves = {"sin": sin, "cos": cos, "tan": lambda x: sin(x) / cos(x)}
-    made = parse(text).made_of(names, waves | _kinked(side), _numeral)
-    return real(text, made, side if kinks else _no_kink(text))
+    return real(text, names, waves | _kinked(side), side if kinks else _no_kink(text))
 
 
 def checked(text: str, kinks: bool = True) -> None:
