@@ -523,6 +523,18 @@ def relief_valve(found_valve: Any) -> Rows:
 # Smooth systems.
 
 
+def as_published(flow: Any, published: float, **keywords: Any) -> Row:
+    """The largest exponent, and the one of Sprott's tables, with four digits."""
+    return Row(
+        *("largest exponent", "1"),
+        **exponent(flow, **keywords),
+        method="lyapunov",
+        confirmed_by="published: Sprott (2003)",
+        confirmed=published,
+        confirmed_error=5e-5,
+    )
+
+
 @system("Lorenz", catalog.lorenz())
 def lorenz(flow: Any) -> Rows:
     section = jp.Plane(quantity="z", value=27.0, direction="up")
@@ -533,38 +545,17 @@ def lorenz(flow: Any) -> Rows:
         confirmed_by="published: Viswanath (2004)",
         confirmed=1.5586522107161747,
     )
-    yield Row(
-        *("largest exponent", "1"),
-        **exponent(flow, duration=400_000, transient=50),
-        method="lyapunov",
-        confirmed_by="published: Sprott (2003)",
-        confirmed=0.9056,
-        confirmed_error=5e-5,
-    )
+    yield as_published(flow, 0.9056, duration=400_000, transient=50)
 
 
 @system("Rössler", catalog.rossler())
 def rossler(flow: Any) -> Rows:
-    yield Row(
-        *("largest exponent", "1"),
-        **exponent(flow, duration=1_000_000, transient=100),
-        method="lyapunov",
-        confirmed_by="published: Sprott (2003)",
-        confirmed=0.0714,
-        confirmed_error=5e-5,
-    )
+    yield as_published(flow, 0.0714, duration=1_000_000, transient=100)
 
 
 @system("Jerk with a bend", catalog.jerk())
 def jerk(flow: Any) -> Rows:
-    yield Row(
-        *("largest exponent", "1"),
-        **exponent(flow, duration=2_000_000, transient=500, initial=(0.1, 0.1, 0.1)),
-        method="lyapunov",
-        confirmed_by="published: Sprott (2003)",
-        confirmed=0.0362,
-        confirmed_error=5e-5,
-    )
+    yield as_published(flow, 0.0362, duration=2_000_000, transient=500, initial=(0.1, 0.1, 0.1))
 
 
 def shaken(t: float, x: np.ndarray, p: dict[str, float]) -> np.ndarray:
