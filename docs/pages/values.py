@@ -78,7 +78,7 @@ def page() -> str:
         "Siconos' stored motion of a cam follower (`CamFollower-Rheonomous.ref`) is that of a follower on\n"
         "a stop at rest: its constraint leaves out the cam, which moves in columns of its own. It stands\n"
         "here as what it is; the cam is compared with exact flights.\n\n"
-        "`python -m tests.reference.values` makes the table anew, within an hour on two cores, and stops\n"
-        "where a value and its confirmation are further apart than three times both errors.\n\n"
+        "`python -m tests.reference.values` makes the table anew in a quarter of an hour on two cores, and\n"
+        "stops where a value and its confirmation are further apart than three times both errors.\n\n"
         "## The systems\n\n" + "\n".join(parts)
     )

@@ -1,4 +1,4 @@
-"""Digits to compare other programs with: `python -m tests.reference.values`, within an hour on two cores.
+"""Digits to compare programs with: `python -m tests.reference.values`, a quarter of an hour on two cores.
 
 Each of `SYSTEMS` gives rows: a quantity by the package, its error, and the same by something that shares
 nothing with it: a closed form, an exact map, SciPy or another program, a published number; or, where there is
