@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 Spans = Sequence[tuple[float, float]]  # from, to, in s, ascending and apart
 History = tuple[np.ndarray, dict[str, Any]]  # times, s, and variables
+Sizes = dict[str, np.ndarray]  # by name of the quantity
 COARSE, FINER = 720, 5  # even times in a turn, and how many times as many in short spans
 MANY, MOST = 16_384, 2_000_000  # even times in all: beyond the first no finer ones, beyond the second none
 BLOCK = 100_000  # rows evaluated at once
@@ -123,7 +124,7 @@ def extremes(
     `shared` where they are at these. The largest size of the resultant stands for the tangential force's.
     """
     times, known = history
-    tops: dict[str, np.ndarray] = {}
+    tops: Sizes = {}
     dims: dict[str, tuple[str, ...]] = {}
     high = {name: known[name][1].copy() for name in names if name in (NORMAL, ACROSS, PINS)}
     low = {name: each.copy() for name, each in high.items()}
@@ -138,10 +139,9 @@ def extremes(
         dims = {name: each[0][1:] for name, each in found.items()}
         dims["force"] = dims.get(NORMAL, ())
         rows = np.insert(even.rows[samples], at, own.rows[points], axis=0)
-        for name, most in peaks(own, rows, sizes).items():
-            tops[name] = np.fmax(tops.get(name, np.nan), most)
-            if name in high:
-                values[name] = np.copysign(sizes[name], values[name])
+        largest, sizes = peaks(own, rows, sizes)
+        tops = {name: np.fmax(tops.get(name, np.nan), most) for name, most in largest.items()}
+        values |= {name: np.copysign(sizes[name], values[name]) for name in high.keys() & sizes.keys()}
         last = np.searchsorted(times, order)
         inside = last < len(times)
         for name, each in high.items():
@@ -160,7 +160,7 @@ def extremes(
     return groups
 
 
-def _sizes_of(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _sizes_of(values: dict[str, np.ndarray]) -> Sizes:
     """Sizes of quantities; that of the resultant in place of the tangential force's."""
     sizes = {name: np.abs(each) for name, each in values.items()}
     if ACROSS in sizes:
@@ -168,10 +168,10 @@ def _sizes_of(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return sizes
 
 
-def peaks(given: Quantities, rows: np.ndarray, sizes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def peaks(given: Quantities, rows: np.ndarray, sizes: Sizes) -> tuple[Sizes, Sizes]:
     """Largest sizes of quantities over rows of a motion, of each joint where they are of joints.
 
-    The highest of the `sizes` become those of the tops beside them.
+    Also the sizes, the highest of which are those of the tops beside them.
     """
     most = {name: np.apply_along_axis(top, 0, size, rows[:, 0]) for name, size in sizes.items()}
     forces = [name for name in (NORMAL, PINS, "force") if name in sizes and given.model.links]
@@ -179,7 +179,8 @@ def peaks(given: Quantities, rows: np.ndarray, sizes: dict[str, np.ndarray]) -> 
     places = sorted({at for each in wanted.values() for at in each})
     around = {at: near for at in places if (near := _around(given.model, rows, at)) is not None}
     if not around:
-        return most
+        return most, sizes
+    sizes = {name: size.copy() for name, size in sizes.items()}
     names = [name for name in (NORMAL, ACROSS, PINS) if name in sizes or (name != PINS and "force" in sizes)]
     close = Quantities(given.model, np.concatenate([*around.values()]), given.start)
     found = _sizes_of({name: each[1] for name, each in close.variables(names, "time").items()})
@@ -189,7 +190,7 @@ def peaks(given: Quantities, rows: np.ndarray, sizes: dict[str, np.ndarray]) -> 
             if at in around:
                 sizes[name][at, j] = top(found[name][parts[at], j], close.time[parts[at]])
         most[name][j] = max(sizes[name][tops, j], default=most[name][j])
-    return most
+    return most, sizes
 
 
 def _tops(sizes: np.ndarray) -> list[int]:

@@ -87,7 +87,7 @@ def forces(
         return answer
     coarse = _history(model, rtol, records, [steps, samples[::2]], names)
     answer["force"] = _shown(fine, times[-1 - per_turn :])
-    answer["peak_error"] = _peak_error(largest, fine, coarse, bounds[-1] / 2)
+    answer["peak_error"] = _peak_error(largest, answer["peak"], fine, coarse, bounds[-1] / 2)
     if model.joints:
         hits = _taken_by_hits(records.events, fine, bounds, len(model.joints))
         answer |= _losses(fine, coarse, bounds, hits)
@@ -132,17 +132,17 @@ def _shown(given: History, times: np.ndarray) -> np.ndarray:
 def _largest(model: Model, records: Records, given: History) -> np.ndarray:
     """Largest force of each joint, joints with clearance first."""
     sizes = _sizes(given)
-    found = peaks(Quantities(model, given["rows"], records.start), given["rows"], sizes)
+    found, _ = peaks(Quantities(model, given["rows"], records.start), given["rows"], sizes)
     return np.hstack([found[name] for name in sizes])
 
 
 def _peak_error(
-    largest: Callable[[History], np.ndarray], fine: History, coarse: History, half: float
+    largest: Callable[[History], np.ndarray], peak: np.ndarray, fine: History, coarse: History, half: float
 ) -> np.ndarray:
     """Error of the largest force of each joint: between the record's halves, and to the coarser record."""
     first = fine["time"] <= half
     early, late = (largest({name: each[part] for name, each in fine.items()}) for part in (first, ~first))
-    return np.maximum(np.abs(early - late), np.abs(largest(fine) - largest(coarse)))
+    return np.maximum(np.abs(early - late), np.abs(peak - largest(coarse)))
 
 
 def _of_motion(motion: Settled) -> dict[str, Any]:
@@ -161,29 +161,28 @@ def _powers(given: History) -> dict[str, np.ndarray]:
 
 
 def _losses(fine: History, coarse: History, bounds: np.ndarray, hits: np.ndarray) -> dict[str, np.ndarray]:
-    """Integrals of each joint with clearance, J per turn, and their errors.
+    """Integrals of each joint with clearance, J per turn, and their errors."""
+    (each, unsure), (less, _) = (_integrals(part, bounds, hits) for part in (fine, coarse))
+    answer = {key: v for name in PER_TURN for key, v in _mean(name, each[name], less[name]).items()}
+    answer["impact_loss_error"] = np.hypot(answer["impact_loss_error"], unsure)
+    return answer
+
+
+def _integrals(given: History, bounds: np.ndarray, hits: np.ndarray) -> tuple[History, np.ndarray]:
+    """Integrals of each joint over each turn, J, and how unsure the joints' parts of what was off are.
 
     What a stiff contact stores and gives back is many times its loss: the joints' work, which the integrator
     has, says by how much the sum of their losses is off, to which each adds by what passes through it.
     """
-    each, less = (
-        {n: _per_turn(part, power, bounds) for n, power in _powers(part).items()} for part in (fine, coarse)
-    )
-    unsure = np.zeros(hits.shape[1])
-    for integrals, part in ((less, coarse), (each, fine)):
-        integrals["impact_loss"] += hits
-        through = np.abs(_powers(part)["impact_loss"])
-        share = _per_turn(part, through, bounds) + np.finfo(float).tiny
-        share /= share.sum(axis=1, keepdims=True)
-        work = np.diff(part["joint_work"][np.searchsorted(part["time"], bounds - 1e-12 * bounds[-1])])
-        off = work - sum(integrals[name].sum(axis=1) for name in PER_TURN[:2])
-        integrals["impact_loss"] += share * off[:, None]
-        unsure = np.abs(np.mean(share * (1 - share) * off[:, None], axis=0))
-    answer = {}
-    for name in PER_TURN:
-        answer |= _mean(name, each[name], less[name])
-    answer["impact_loss_error"] = np.hypot(answer["impact_loss_error"], unsure)
-    return answer
+    powers = _powers(given)
+    found = {name: _per_turn(given, power, bounds) for name, power in powers.items()}
+    found["impact_loss"] += hits
+    share = _per_turn(given, np.abs(powers["impact_loss"]), bounds) + np.finfo(float).tiny
+    share /= share.sum(axis=1, keepdims=True)
+    work = np.diff(_at_bounds(given, given["joint_work"], bounds))
+    off = work - sum(found[name].sum(axis=1) for name in PER_TURN[:2])
+    found["impact_loss"] += share * off[:, None]
+    return found, np.abs(np.mean(share * (1 - share) * off[:, None], axis=0))
 
 
 def _taken_by_hits(events: np.ndarray, given: History, bounds: np.ndarray, joints: int) -> np.ndarray:
@@ -207,7 +206,12 @@ def _per_turn(given: History, power: np.ndarray, bounds: np.ndarray) -> np.ndarr
     widths = np.diff(given["time"]).reshape(-1, *[1] * (power.ndim - 1))
     whole = np.zeros_like(power)
     np.cumsum((power[1:] + power[:-1]) / 2 * widths, axis=0, out=whole[1:])
-    return np.diff(whole[np.searchsorted(given["time"], bounds - 1e-12 * bounds[-1])], axis=0)
+    return np.diff(_at_bounds(given, whole, bounds), axis=0)
+
+
+def _at_bounds(given: History, values: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+    """Values at the bounds of turns."""
+    return values[np.searchsorted(given["time"], bounds - 1e-12 * bounds[-1])]
 
 
 def _impact_speeds(model: Model, records: Records) -> np.ndarray:
