@@ -43,6 +43,7 @@ OWN = Path(__file__).parents[2] / "studies" / "own"
 ROUNDING = 1e-12  # relative: what a value computed by other formulas may differ by beside all errors
 TIGHT, LOOSE = 1e-12, 1e-10
 STEP = 1e-7  # rad and m, of differences
+PARTS = 20  # of a record, for its standard error
 
 
 @dataclass(frozen=True)
@@ -97,19 +98,25 @@ def twice(of: Callable[[float], float]) -> dict[str, float]:
     return {"value": float(tight), "error": abs(float(tight - loose))}
 
 
-def special(found: xr.Dataset, kind: str) -> dict[str, float]:
-    """Parameter and accuracy of the first special point of a kind on the first branch."""
+def special(found: xr.Dataset, kind: str) -> dict[str, Any]:
+    """The first special point of a kind on the first branch."""
     here = (jp.words(found)["special_kind"].values == kind) & (found["special_branch"].values == 0)
     first = found.isel(special=int(np.flatnonzero(here)[0]))
-    return {"value": float(first["special_parameter"]), "error": float(first["special_accuracy"])}
+    return located(first)
 
 
-def multiplier(mechanism: Any, rtol: float, number: int = 0, **keywords: Any) -> complex:
-    """A multiplier of a periodic orbit, by modulus."""
+def located(point: xr.Dataset) -> dict[str, Any]:
+    """Parameter and accuracy of a special point."""
+    found = {"value": float(point["special_parameter"]), "error": float(point["special_accuracy"])}
+    return found | {"method": "continuation"}
+
+
+def multiplier(mechanism: Any, rtol: float, **keywords: Any) -> complex:
+    """The largest multiplier of a periodic orbit."""
     found = jp.periodic_orbit(mechanism, rtol=rtol, **keywords)
     assert jp.words(found)["status"] == "ok", found["status"]
     values = found["floquet_multiplier"].values @ [1, 1j]
-    return complex(values[np.argsort(-np.abs(values), kind="stable")][number])
+    return complex(values[np.argsort(-np.abs(values), kind="stable")][0])
 
 
 def exponent(mechanism: Any, **keywords: Any) -> dict[str, float]:
@@ -122,15 +129,20 @@ def exponent(mechanism: Any, **keywords: Any) -> dict[str, float]:
     }
 
 
-def twenty(values: np.ndarray) -> list[np.ndarray]:
-    """Twenty parts of a record."""
-    return np.array_split(values, 20)
-
-
 def by_parts(logs: np.ndarray, times: np.ndarray) -> dict[str, float]:
-    """Growth per time of an exact map, and its standard error from twenty parts of the record."""
-    parts = [np.sum(log) / np.sum(time) for log, time in zip(*map(twenty, (logs, times)), strict=True)]
-    return {"confirmed": np.sum(logs) / np.sum(times), "confirmed_error": np.std(parts, ddof=1) / 20**0.5}
+    """Growth per time of an exact map, and its standard error from parts of the record."""
+    logs_of, times_of = (np.array_split(values, PARTS) for values in (logs, times))
+    parts = [np.sum(log) / np.sum(time) for log, time in zip(logs_of, times_of, strict=True)]
+    error = np.std(parts, ddof=1) / math.sqrt(PARTS)
+    return {"confirmed": np.sum(logs) / np.sum(times), "confirmed_error": error}
+
+
+def halved(low: float, high: float, beyond: Callable[[float], bool], times: int) -> tuple[float, float]:
+    """Values between which something begins, halved so many times."""
+    for _ in range(times):
+        middle = (low + high) / 2
+        low, high = (low, middle) if beyond(middle) else (middle, high)
+    return low, high
 
 
 # Impacts on rigid walls.
@@ -150,7 +162,6 @@ def impact_pair(pair: Any) -> Rows:
         yield Row(
             *(word, "1"),
             **special(found, kind),
-            method="continuation",
             confirmed_by="closed form",
             confirmed=exact,
         )
@@ -169,11 +180,8 @@ def impact_pair(pair: Any) -> Rows:
 def impact_pair_chaos(pair: Any) -> Rows:
     gap, r = (pair.parameters[name] for name in ("gap", "restitution"))
     met = np.array(impacts(gap, r, (0.0, 0.05, 0.7), 300_100)[100:])
-    (t, side, speed), logs, d = (
-        met.T,
-        [],
-        np.array([1.0, 1.0]),
-    )  # d: of the time and of the speed after an impact
+    (t, side, speed), logs = met.T, []
+    d = np.array([1.0, 1.0])  # of the time, and of the speed after an impact
     for k in range(len(t) - 1):
         after, before, T = -r * side[k] * speed[k], side[k + 1] * speed[k + 1], t[k + 1] - t[k]
         moved = d[1] * T - (math.sin(t[k]) * T + after) * d[0]
@@ -204,7 +212,6 @@ def bouncing_ball(ball: Any) -> Rows:
         yield Row(
             *(word, "1"),
             **special(found, kind),
-            method="continuation",
             confirmed_by="closed form",
             confirmed=exact,
         )
@@ -219,7 +226,6 @@ def impact_oscillator(oscillator: Any) -> Rows:
     yield Row(
         *("distance of the stop where the motion grazes it", "1"),
         **special(found, "grazing"),
-        method="continuation",
         confirmed_by="closed form: amplitude of the linear oscillator",
         confirmed=amplitude,
     )
@@ -306,7 +312,6 @@ def gear_pair(pair: Any) -> Rows:
     yield Row(
         *("amplitude of the torque where contact is lost", "1"),
         **special(found, "grazing"),
-        method="continuation",
         confirmed_by="closed form: amplitude of the linear oscillator",
         confirmed=limit,
     )
@@ -450,7 +455,6 @@ def buck_converter(buck: Any) -> Rows:
     yield Row(
         *("source voltage where the cycle doubles", "V"),
         **special(found, "period_doubling"),
-        method="continuation",
         confirmed_by="closed form: exponentials of matrices",
         confirmed=exact,
     )
@@ -513,7 +517,6 @@ def relief_valve(found_valve: Any) -> Rows:
     yield Row(
         *("flow where the cycle grazes the seat", "1"),
         **special(found, "grazing"),
-        method="continuation",
         confirmed_by="SciPy's DOP853",
         confirmed=exact,
         confirmed_error=1e-9,
@@ -723,7 +726,7 @@ def four_bar_12c(linkage: Any) -> Rows:
 
 @system("Four-bar at gear ratio 3", catalog.chunmei2002(4.195e-5, gear_ratio=3.0))
 def four_bar_doubling(linkage: Any) -> Rows:
-    def doubling(section: jp.CrankAngle, rtol: float) -> dict[str, float]:
+    def doubling(section: jp.CrankAngle, rtol: float) -> dict[str, Any]:
         return special(
             jp.continuation(
                 linkage,
@@ -741,7 +744,6 @@ def four_bar_doubling(linkage: Any) -> Rows:
     yield Row(
         *("clearance at B where the period first doubles", "m"),
         **doubling(jp.CrankAngle(), TIGHT),
-        method="continuation",
         confirmed_by="another section and tolerance",
         confirmed=other["value"],
         confirmed_error=max(other["error"], 1e-7 * other["value"]),
@@ -762,15 +764,10 @@ def slider_crank(mechanism: Any) -> Rows:
     )
     lost = jp.words(found)["special_event_kind"].values == "separation"
     first = found.isel(special=int(np.flatnonzero(lost)[0]))
-    low, high = 1.05e-4, 1.108e-4
-    for _ in range(24):
-        middle = (low + high) / 2
-        low, high = (low, middle) if separations(mechanism, middle) else (middle, high)
+    low, high = halved(1.05e-4, 1.108e-4, lambda x: separations(mechanism, x) > 0, 24)
     yield Row(
         *("clearance at B above which contact is lost", "m"),
-        value=float(first["special_parameter"]),
-        error=float(first["special_accuracy"]),
-        method="continuation",
+        **located(first),
         confirmed_by="runs on either side, halved",
         confirmed=(low + high) / 2,
         confirmed_error=(high - low) + 1e-9 * high,
@@ -799,11 +796,10 @@ def four_bar_elastic(linkage: Any) -> Rows:
     yield by_another_section(linkage)
 
 
-def published(name: str, rows: dict[str, tuple[str, float]], rtol: float, source: str) -> Rows:
+def published(name: str, rows: dict[str, tuple[str, float]], source: str) -> Rows:
     """Published numbers of a benchmark, with what is known of their errors."""
     tight, loose = (
-        jp.benchmark(getattr(catalog, name)(), rtol=x).set_index(quantity="quantity")
-        for x in (rtol, 100 * rtol)
+        jp.benchmark(getattr(catalog, name)(), rtol=x).set_index(quantity="quantity") for x in (TIGHT, LOOSE)
     )
     for word, (units, error) in rows.items():
         value = float(tight["computed"].sel(quantity=word))
@@ -819,13 +815,13 @@ def published(name: str, rows: dict[str, tuple[str, float]], rtol: float, source
 @system("Slider-crank with a rod that bends (test set of initial value problems)", catalog.ivp_crank())
 def ivp_crank(mechanism: Any) -> Rows:
     rows = {"rod angle": ("rad", 1e-12), "rod speed": ("rad s-1", 1e-10), "multiplier 2": ("N", 1e-7)}
-    yield from published("ivp_crank", rows, TIGHT, "published: Simeon (1996), by other integrators")
+    yield from published("ivp_crank", rows, "published: Simeon (1996), by other integrators")
 
 
 @system("Four-bar with three clearances (Siconos)", catalog.siconos_four_bar())
 def siconos_four_bar(mechanism: Any) -> Rows:
     rows = {f"{link} angle at 1 s": ("rad", 2e-5) for link in ("crank", "coupler", "rocker")}
-    yield from published("siconos_four_bar", rows, TIGHT, "Siconos: time steps of 0.1 ms, first order")
+    yield from published("siconos_four_bar", rows, "Siconos: time steps of 0.1 ms, first order")
 
 
 # A cam, and shares of starts.
@@ -908,10 +904,7 @@ def cam_separation(follower: Any) -> Rows:
         late = run["event_time"].values > 10 * TAU / speed
         return bool((late & (jp.words(run)["event_kind"].values == "separation")).any())
 
-    low, high = 11.0, 13.0
-    for _ in range(34):
-        middle = (low + high) / 2
-        low, high = (low, middle) if leaves(middle) else (middle, high)
+    low, high = halved(11.0, 13.0, leaves, 34)
     yield Row(
         *("speed above which the follower leaves the cam", "rad s-1"),
         value=(low + high) / 2,
