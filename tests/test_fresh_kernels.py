@@ -92,7 +92,7 @@ def test_no_edit_compiles_nothing_and_an_edit_shows(copy):
 
 @pytest.mark.nightly
 def test_no_edit_compiles_nothing_and_an_edit_of_the_method_shows(copy):
-    unedited(copy, run, BALL, "solver/method/step.py", "factor = 0.9 * error **", "factor = 0.5 * error **")
+    unedited(copy, run, BALL, "solver/method/control.py", "SAFETY * error **", "0.5 * SAFETY * error **")
 
 
 def unedited(copy, ask, what, file, old, new):
@@ -120,9 +120,9 @@ def test_an_edit_of_an_equation_shows(copy):
     first = run(copy, LINKAGE)
     edit(
         copy,
-        "equations/chain.py",
-        'return Q - GRAVITY * number(f"mu_{k}")',
-        'return Q + GRAVITY * number(f"mu_{k}")',
+        "solver/equations/chain.py",
+        'yield k, -GRAVITY * number(f"mu_{k}")',
+        'yield k, GRAVITY * number(f"mu_{k}")',
     )
     assert max(abs(a - b) for a, b in zip(run(copy, LINKAGE), first, strict=True)) > 1e-6
 

@@ -26,5 +26,6 @@ def page() -> str:
             parts.append(f"## {folder.relative_to(ROOT).as_posix()}\n")
         name = path.relative_to(ROOT).as_posix()
         shown = f"```{{image}} {picture(path)}\n:alt: {title(path)}\n:width: 420px\n```"
-        parts.append(f"{shown}\n\n{markdown(title(path))}: `{name}`\n\n*What you see:* {SEEN[path.stem]}\n")
+        seen = f"\n*What you see:* {SEEN[path.stem]}\n" if path.stem in SEEN else ""
+        parts.append(f"{shown}\n\n{markdown(title(path))}: `{name}`\n{seen}")
     return "\n".join(parts)
