@@ -24,11 +24,11 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 41_702,
-    "code lines of its analyses": 13_840,
-    "code lines of all three packages": 47_131,
-    "files of the suite": 405,
-    "files with one reader": 91,
+    "code lines of the suite": 43_278,
+    "code lines of its analyses": 15_209,
+    "code lines of all three packages": 48_707,
+    "files of the suite": 413,
+    "files with one reader": 90,
     "entries at the top of the suite": 10,
     "files side by side in a room": 22,
     "repeated places": 3,

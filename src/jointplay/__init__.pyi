@@ -29,6 +29,7 @@ from .analysis.states.basins import basins as basins
 from .analysis.states.sensitivity import sensitivity as sensitivity
 from .analysis.sweeps.bifurcation import bifurcation as bifurcation
 from .analysis.sweeps.gather import cell as cell
+from .analysis.tolerances.tolerances import tolerances as tolerances
 from .display.errors import InputError as InputError, ModelWarning as ModelWarning
 from .figures import draw as _draw
 from .solver.mechanism import catalog as catalog

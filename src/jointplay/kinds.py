@@ -301,6 +301,27 @@ _ROWS = (
         },
     ),
     Kind(
+        "tolerances",
+        ".analysis.tolerances.tolerances:tolerances",
+        ("tolerances",),
+        "{samples} samples, {turns} turns after {transient} dropped turns",
+        varies=False,
+        tangents=True,
+        slow=1,
+        example={
+            "mechanism": {"clearance": 2.9e-5},
+            "tolerances": {"clearance": {"normal": (2.9e-5, 2e-6)}},
+            "analysis": {"limits": {"force:B": 200.0}, "samples": 64, "shares": 16},
+        },
+        trial={
+            "spreads": {"restitution": {"uniform": [0.7, 0.8]}},
+            "samples": 32,
+            "shares": 0,
+            "transient": 5,
+        },
+        references=("owen1997", "saltelli2010", "jansen1999", "wilson1927"),
+    ),
+    Kind(
         "assess",
         ".analysis.assessment.assess:assess",
         ("assess",),

@@ -55,6 +55,20 @@ CALLS = {  # which together give all that their kinds declare
         {"mechanism": LOOSE, "by": {"gear_ratio": (2.9, 3.1)}, "least": "time", "orbit": False}
         | {"max_iterations": 1, "max_steps": 2000},
     ],
+    "tolerances": [
+        {"mechanism": LOOSE, "spreads": {"clearance": {"normal": [2e-4, 1e-6]}}, "samples": 4, "shares": 2}
+        | {
+            "of": ["largest:normal_force:B"],
+            "limits": {"force:B": 1e6},
+            "edge": {"contact_loss": "clearance"},
+        }
+        | {"prices": {"clearance": 1.0}, "wanted": 0.5, "turns": 12, "transient": 2, "lyapunov_turns": 2},
+        {"mechanism": jp.catalog.impact_pair(3.0, 0.8), "spreads": {"restitution": {"normal": [0.75, 0.02]}}}
+        | {"limits": {"largest:state:v": 1.8}, "edge": {"largest:state:v": "restitution"}, "samples": 4}
+        | {"turns": 12, "transient": 20, "edge_runs": 2},
+        {"mechanism": PAIR, "spreads": {"restitution": {"values": [0.7, 0.8]}}, "samples": 2, "shares": 0}
+        | {"turns": 12, "transient": 2, "max_steps": 5},
+    ],
     "tipping": [MANY | {"steps": 2, "phases": 1, "directions": 2, "edge_turns": 2}],
     "attractors": [MANY | {"over": {"gap": [2.95, 3.0]}, "lyapunov_turns": 4, "bifurcations": True}],
     "assess": [{"mechanism": LOOSE, "turns": 2, "transient": 2, "lyapunov_turns": 2, "reach": 1.01}],

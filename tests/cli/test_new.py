@@ -11,7 +11,7 @@ from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS
 from jointplay.solver.mechanism import catalog
 from jointplay.study.file import load, validate
-from jointplay.study.models import ELSEWHERE
+from jointplay.study.models import ELSEWHERE, TABLES
 from jointplay.study.new import names, new
 
 
@@ -23,7 +23,8 @@ def test_a_new_study_of_every_kind_passes_check_and_names_every_key(kind, tmp_pa
     assert main(["check", f"{kind}.toml"]) == 0
     text = (tmp_path / f"{kind}.toml").read_text()
     keys = set(re.findall(r"^(?:# )?(\w+) =", text, re.M))
-    assert keys >= KINDS[kind].function.fields().keys() - {*ELSEWHERE}
+    assert keys >= KINDS[kind].function.fields().keys() - {*ELSEWHERE, *TABLES}
+    assert ("[tolerances]" in text) == (kind == "tolerances")
     assert "`" not in "".join(re.findall(r"As in `.*", text)), "a reference that a reader cannot follow"
 
 

@@ -15,6 +15,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from jointplay import catalog, figures
+from jointplay.analysis.tolerances.tolerances import OUTPUTS as shared
 from jointplay.kinds import KINDS
 from tests.figures.exponents.test_covariant_figure import vectors
 from tests.figures.exponents.test_lyapunov_figure import exponents
@@ -93,7 +94,40 @@ def improved() -> xr.Dataset:
     return xr.Dataset(data, names, {"kind": "optimise"})
 
 
+def sampled() -> xr.Dataset:
+    """Forty samples of two numbers, a limit that some exceed, and its edge."""
+    a, b = (np.arange(40) * 7 % 40) / 40 - 0.5, (np.arange(40) * 11 % 40) / 40 - 0.5
+    over = (a + 0.2 * b > 0.2).astype(int)
+    shares = {"first_order": [[0.7, 0.1], [0.6, 0.2]], "total": [[0.9, 0.3], [0.8, 0.4]]}
+    ends = {"": 0.0, "_low": -0.1, "_high": 0.1}
+    line = np.linspace(-0.5, 0.5, 5)
+    table = {f"{name}{end}": np.array(v) + off for name, v in shares.items() for end, off in ends.items()}
+    table |= {f"share{end}": [0.25 + off] for end, off in ends.items()}
+    table |= {
+        "parameter": ["joints.B.clearance", "speed"],
+        "factor": ["joints.B.clearance", "speed"],
+        "parameter_name": ["radial clearance of joint B", "speed"],
+        "parameter_units": ["m", "rad s-1"],
+        "event": ["above:force:B"],
+        "quantity": ["force:B"],
+        "output": ["above:force:B", "force:B"],
+        "quantity_name": ["largest joint force, B"],
+        "quantity_units": ["N"],
+        "value": np.stack([1e-4 + 1e-5 * a, 200 + 5 * b], axis=1),
+        "outcome": np.where(np.arange(40) == 3, 2, over)[:, None],
+        "quantity_value": 100 + 50 * (a + 0.2 * b)[:, None],
+        "limit": [110.0],
+        "edge_event": "above:force:B",
+        "edge_across": np.stack([np.full(5, np.nan), 200 + 5 * line]),
+        "edge_line": np.stack([np.full(5, np.nan), 1e-4 + 1e-5 * (0.2 - 0.2 * line)])[None],
+    }
+    of = {"name": "radial clearance", "units": "m"}
+    return shared.dataset(table, of, edge_parameter="joints.B.clearance")
+
+
 PICTURES = {
+    "tolerances": lambda: (sampled(), {}),
+    "tolerances of a parameter": lambda: (sampled().drop_dims(("quantity", "factor")), {}),
     "optimise": lambda: (improved(), {}),
     "gradient": lambda: (leaning(), {}),
     "time_history": lambda: (response(), {"kind": "time_history"}),

@@ -56,6 +56,7 @@ LONGER = {
         "curve": ["vary.gap={start=3.4, stop=3.8, num=8}"],
         "covariant": ["vary.gap={start=2.9, stop=3.1, num=12}", "analysis.turns=300"],
         "attractors": ["vary.gap={start=3.4, stop=3.8, num=12}", "analysis.starts=80"],
+        "tolerances": ["analysis.samples=3000"],
         "tipping": ["analysis.starts=40"],
     }.items()
 }

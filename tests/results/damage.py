@@ -169,7 +169,7 @@ DAMAGES = [
 
 
 def _as_given(dataset):
-    """A result sealed as an analysis gives it; one that is only what a figure needs is none, and has no seal."""
+    """A result sealed as an analysis gives it; only as much as a figure needs is none, and has no seal."""
     try:
         str(jp.summary(dataset))
     except InputError:

@@ -2,6 +2,7 @@
 
 import random
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -9,7 +10,7 @@ import jointplay as jp
 from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS
 from jointplay.study.file import validate
-from jointplay.study.models import ELSEWHERE, INTEGRATOR
+from jointplay.study.models import ELSEWHERE, INTEGRATOR, TABLES
 
 PAIR = {"catalog": "impact_pair", "gap": 3.0, "restitution": 0.8}
 LINKAGE = {"catalog": "chunmei2002", "clearance": 2.9e-4}
@@ -28,6 +29,7 @@ NEEDED = {
     "continuation": {"parameter": "gap", "range": [2.0, 9.0]},
     "curve": {"plane": {"gap": [2.0, 9.0], "restitution": [0.7, 0.9]}},
     "stress": {"scenes": 3},
+    "tolerances": {"spreads": {"gap": {"normal": [3.0, 0.1]}}},
 }
 ODD = [
     *(0, 1, 2, 7, 2.5, -1, 1e-3, 0.5, 1.5, 1e3, 1e12, 10**30, float("nan"), float("inf"), True, False, "all"),
@@ -72,6 +74,9 @@ def told(call, *values, **keywords):
     with pytest.raises(InputError) as caught:
         call(*values, **keywords)
     found = caught.value.problems
+    if call is validate:
+        keywords = {table: keyword for keyword, table in TABLES.items()}
+        found = [replace(p, key=re.sub("^\\w+", lambda m: keywords.get(m[0], m[0]), p.key)) for p in found]
     return sorted(
         (re.sub("^(analysis|integrator)[.]", "", p.key), repr(p.given), str(p.expected)) for p in found
     )
@@ -85,7 +90,8 @@ def test_both_doors_refuse_the_same_in_the_same_words(kind):
     for _ in range(ROUNDS):
         given = drawn(kind, dice)
         tables = {"integrator": {key: given[key] for key in given if key in INTEGRATOR}}
-        tables |= {"analysis": {key: given[key] for key in given if key not in INTEGRATOR}}
+        tables |= {TABLES[key]: given[key] for key in given if key in TABLES}
+        tables |= {"analysis": {key: given[key] for key in given if key not in (*INTEGRATOR, *TABLES)}}
         study = (
             {"kind": kind, "name": "x", "mechanism": table} | tables | ({"vary": varied} if varied else {})
         )

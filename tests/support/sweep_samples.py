@@ -114,6 +114,20 @@ settling = 5
 starts = 10
 lyapunov_turns = 10
 """,
+    "tolerances": _PAIR.format("tolerances") + """\
+[tolerances]
+gap = { normal = [3.6, 0.05] }
+restitution = { uniform = [0.75, 0.85] }
+[analysis]
+samples = 20
+shares = 4
+transient = 10
+turns = 12
+lyapunov_turns = 10
+limits = { "largest:state:v" = 1.5 }
+edge = { "largest:state:v" = "gap" }
+edge_runs = 8
+""",
     "tipping": _PAIR.format("tipping") + "[analysis]\n" + _REGION + """\
 starts = 20
 phases = 2

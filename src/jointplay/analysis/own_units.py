@@ -30,6 +30,7 @@ def in_own_units(mechanism: Any, given: Mapping[str, Any]) -> dict[str, Any]:
         return dict(given)
     converters = dict.fromkeys(("over", "by", "plane", "region"), _named)
     converters |= {"initial": _start, "starts": _starts, "subject": _subject, "section": _section}
+    converters |= {"spreads": _spreads, "limits": _limits}
     plane = given.get("plane")
     followed = next(iter(plane), FOLLOWED) if isinstance(plane, Mapping) else FOLLOWED
     parameter = given.get("parameter", followed)
@@ -87,6 +88,22 @@ def _subject(_: Any, subject: Any) -> Any:
     for name, (_, *rest) in words.items():
         units[name] = units[name] or (_plain(WORDS[rest[0]].units) if rest and rest[0] in WORDS else None)
     return in_si(subject, units) if words else subject
+
+
+def _spreads(mechanism: Any, table: Any) -> Any:
+    from jointplay.analysis.tolerances.spreads import in_own_units
+
+    return in_own_units(mechanism, table)
+
+
+def _limits(mechanism: Any, limits: Any) -> Any:
+    """Quantities of samples: those of `subject`, and of contacts."""
+    from jointplay.analysis.tolerances.asked_quantities import known_quantities, words_of
+
+    if not isinstance(limits, Mapping):
+        return limits
+    known = known_quantities(mechanism)
+    return in_si(limits, {name: _plain(words_of(name)[1]) for name in limits if name in known})
 
 
 def _section(mechanism: Any, section: Any) -> Any:

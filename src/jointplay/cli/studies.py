@@ -125,13 +125,30 @@ def _finished(outcome, options: dict, no_figure: bool) -> int:
 def assess_mechanism(arguments: Namespace) -> int:
     """Assess a linkage with clearance: a page on its forces, its contacts, and where its motion changes."""
     from jointplay.analysis.assessment.page import part
+
+    return _of_mechanism(arguments, "assess", partial(part, source=arguments.study))
+
+
+@verb(
+    "tolerances",
+    option("study", metavar="MECHANISM.toml"),
+    *(OUT, NO_FIGURE, JOBS, FRESH),
+    changes("change one value, such as analysis.samples=10000"),
+    example="studies/assess/slider_crank_tolerances.toml --set analysis.samples=64",
+)
+def share_of_mechanisms(arguments: Namespace) -> int:
+    """Tell how many made by one drawing lose contact or exceed limits, by the file's table [tolerances]."""
+    return _of_mechanism(arguments, "tolerances")
+
+
+def _of_mechanism(arguments: Namespace, kind: str, text=None) -> int:
+    """Run a study of one kind on the mechanism of a file, of whatever kind that is."""
     from jointplay.jobs.pool import Pool
     from jointplay.study.file import load
 
-    study = _doubted(load(arguments.study, arguments.set, kind="assess"))
+    study = _doubted(load(arguments.study, arguments.set, kind=kind))
     out = _free(study, arguments, fresh=arguments.fresh)
-    pool = Pool.checked(arguments.jobs, "loky", None)
-    notes, text = list[str](), partial(part, source=arguments.study)
+    pool, notes = Pool.checked(arguments.jobs, "loky", None), list[str]()
     outcome = _completed(study, out, pool, fresh=arguments.fresh, note=notes.append, text=text)
     for line in notes:
         say(line)

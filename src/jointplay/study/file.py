@@ -20,7 +20,7 @@ from jointplay.solver.mechanism.measures import PATTERN
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.study import toml_text
 from jointplay.study.mechanism_table import build_mechanism
-from jointplay.study.models import Study, in_a_study, keyword_of, models
+from jointplay.study.models import TABLES, Study, in_a_study, keyword_of, models
 from jointplay.study.results import provenance
 from jointplay.study.results.store import open_result
 from jointplay.study.vary_table import in_own_units as varied_in_own_units
@@ -62,7 +62,9 @@ def load(path: Path | str, changes: Iterable[str] = (), kind: str | None = None)
     """
     (table, text), name = _read(path), Path(path).stem
     if kind not in (None, table.get("kind")):
-        own = {"mechanism": table["mechanism"]} if "mechanism" in table else {}
+        fields = KINDS[kind].function.fields()
+        names = ["mechanism", *(name for key, name in TABLES.items() if key in fields)]
+        own = {name: table[name] for name in names if name in table}
         name, table = f"{name}_{kind}", {"kind": kind} | own
     return Loaded(validate({"name": name} | toml_text.override(table, changes)), text)
 
@@ -119,6 +121,9 @@ def _broken_rules(table: Mapping[str, Any], problems: list[Problem]) -> list[Pro
     if wrong & {"integrator", "analysis"}:  # no tables, or not there
         return []
     given = {key: value for each in tables for key, value in each.items()}
+    given |= {
+        key: table[name] for key, name in TABLES.items() if name in table and key in row.function.fields()
+    }
     if "mechanism" not in wrong:
         given["mechanism"] = build_mechanism(table["mechanism"])
     if "over" in row.function.fields() and "over" not in wrong and "vary" in table:

@@ -47,6 +47,7 @@ BYTES = 200  # of a name: file systems take 255, and endings are put to it
 INTEGRATOR = ("rtol", "max_steps", "ensemble")  # keywords of analyses that stand in the table [integrator]
 # and those that no key of [analysis] gives
 ELSEWHERE = ("mechanism", "over", "n_jobs", "progress", "branches", "labels")
+TABLES = {"spreads": "tolerances"}  # and those that are a table of a study's own, beside [analysis]
 
 
 class OfKind(Record):
@@ -160,6 +161,12 @@ class Study(OfKind):
         known = {"mechanism": info.data["mechanism"]} if "mechanism" in info.data else {}
         return getattr(cls.row.function, "left_out", NONE).completed({**known, **given})
 
+    @field_validator(*TABLES.values(), mode="before", check_fields=False)  # most kinds have none
+    @classmethod
+    def _tables_in_their_units(cls, given: Any, info: ValidationInfo) -> Any:
+        keyword = next(key for key, table in TABLES.items() if table == info.field_name)
+        return in_own_units(info.data.get("mechanism"), {keyword: given})[keyword]
+
     @field_validator("vary", check_fields=False)  # some kinds have none
     @classmethod
     def _can_vary(cls, vary: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
@@ -207,7 +214,9 @@ class Study(OfKind):
 
     def keywords(self) -> dict[str, Any]:
         """Keywords of the analysis function, as records and plain values; omitted ones stay out."""
-        given = {**dict(self.integrator), **dict(self.analysis)}
+        fields = type(self).model_fields
+        tables = {key: getattr(self, table) for key, table in TABLES.items() if table in fields}
+        given = {**dict(self.integrator), **dict(self.analysis), **tables}
         return {key: value for key, value in given.items() if value is not None}
 
     def doubts(self) -> list[str]:
@@ -310,7 +319,10 @@ def models(row: Kind) -> Models:
         create_model(f"{title}{base.__name__}", __base__=base, __doc__=about, **keys)
         for base, keys in (
             (Integrator, {name: field for name, field in fields.items() if name in INTEGRATOR}),
-            (Analysis, {name: field for name, field in fields.items() if name not in INTEGRATOR + ELSEWHERE}),
+            (
+                Analysis,
+                {k: field for k, field in fields.items() if k not in (*INTEGRATOR, *ELSEWHERE, *TABLES)},
+            ),
         )
     )
     study = create_model(
@@ -320,6 +332,7 @@ def models(row: Kind) -> Models:
         kind=(Literal[row.name], ...),
         integrator=(integrator, integrator()),
         analysis=(analysis, Field({}, validate_default=True)),
+        **{table: fields[key] for key, table in TABLES.items() if key in fields},
     )
     made = Models(study, integrator, analysis)
     for model in made:
@@ -336,7 +349,8 @@ def keyword_of(key: str) -> str:
     """Keyword of the analysis for a key of a study; else the first part of the key."""
     own, _, rest = key.partition(".")
     inside = own in ("analysis", "integrator") and rest
-    return first(rest) if inside else "over" if first(own) == vary_table.ROOT else first(own)
+    named = {vary_table.ROOT: "over"} | {table: key for key, table in TABLES.items()}
+    return first(rest) if inside else named.get(first(own), first(own))
 
 
 def _place(key: str) -> str:
@@ -344,6 +358,8 @@ def _place(key: str) -> str:
     own, rest = first(key), key[len(first(key)) :]
     if own == "parameters":  # of a test system
         return f"mechanism.{key}"
+    if own in TABLES:
+        return f"{TABLES[own]}{rest}"
     if own in ("mechanism", "over"):
         return key if own == "mechanism" else f"{vary_table.ROOT}{rest}"
     return join("integrator" if own in INTEGRATOR else "analysis", key)

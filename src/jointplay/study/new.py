@@ -16,6 +16,7 @@ from jointplay.kinds import KINDS, Kind
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.base import Record
 from jointplay.solver.mechanism.records import Changes, Mechanism
+from jointplay.study import models
 from jointplay.study.file import validate
 from jointplay.study.models import ELSEWHERE, INTEGRATOR
 from jointplay.study.toml_text import parse, written
@@ -85,6 +86,9 @@ def _lines(row: Kind, name: str, mechanism: str | None) -> Iterator[str]:
         yield from _mechanism(mechanism)
     if "over" in row.function.fields() or row.varies:
         yield from _vary(row.example.get("vary", {}))
+    for table in models.TABLES.values():
+        if table in row.example:
+            yield from ("", f"[{table}]", *_spreads(row.example[table]))
     yield from _keywords(row)
     if row.figures:
         known = f"one of {', '.join(row.figures)}" if len(row.figures) > 1 else "the only one of this kind"
@@ -95,7 +99,7 @@ def _keywords(row: Kind) -> Iterator[str]:
     """The tables of the analysis's keywords: first keywords that the example sets, then defaults."""
     given, fields = row.example.get("analysis", {}), row.function.fields()
     tables = {"integrator": [], "analysis": sorted(given, key=list(fields).index)}
-    for key in (key for key in fields if key not in (*given, *ELSEWHERE)):
+    for key in (key for key in fields if key not in (*given, *ELSEWHERE, *models.TABLES)):
         tables["integrator" if key in INTEGRATOR else "analysis"].append(key)
     for table, keys in tables.items():
         if keys:
@@ -168,6 +172,13 @@ def _told(record: Record) -> Iterator[tuple[str, Any]]:
         says_which = get_origin(annotation) is Literal and len(get_args(annotation)) == 1
         if says_which or (value is not None and (field.is_required() or value != field.default)):
             yield key, value
+
+
+def _spreads(example: Mapping[str, Any]) -> Iterator[str]:
+    """Spreads of the example."""
+    about = "What this number may be: normal (mean, standard deviation), uniform, within, fit, …"
+    for key, value in example.items():
+        yield from _set(key, value, about, units_of(Changes.model_fields[key]))
 
 
 def _vary(example: Mapping[str, Any]) -> Iterator[str]:

@@ -17,6 +17,7 @@ from jointplay.solver.mechanism.measures import SMALLEST
 
 DEPTH = 16  # tables inside tables; no study needs more
 DOTS = 1000  # in one key, which takes time as their square
+BARE = re.compile(r"[\w-]+(\.[\w-]+)*", re.ASCII)  # keys that need no quotes
 LARGEST = 50_000_000  # bytes of a study file
 STEP = re.compile(r"(?:^|\.)(?P<name>[^.\[\]=\s]+)|\[(?P<index>\d{1,6})\]")
 
@@ -96,7 +97,8 @@ def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
 def written(value: Any) -> str:
     """A value as TOML writes it on one line."""
     if isinstance(value, Mapping):
-        return f"{{ {', '.join(f'{key} = {written(each)}' for key, each in value.items())} }}"
+        pairs = ((key if BARE.fullmatch(key) else json.dumps(key), each) for key, each in value.items())
+        return f"{{ {', '.join(f'{key} = {written(each)}' for key, each in pairs)} }}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(written, value))}]"
     if isinstance(value, float) and math.isfinite(value):

@@ -34,6 +34,7 @@ from jointplay.analysis.labels import Out, ended
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import placed
 from jointplay.analysis.tangents import warm_tangents
+from jointplay.analysis.tolerances.spreads import Spreads, spreads_fit
 from jointplay.display.errors import NOTHING, InputError, Problem
 from jointplay.solver.mechanism.base import Natural, Number, Positive, is_number, unit
 from jointplay.solver.mechanism.model import Model
@@ -229,7 +230,11 @@ def _along_fits(mechanism: Mechanism | TestSystem, along: Sequence[str] | None) 
 
 
 @growing
-@analysis(_assessable, _along_fits, "model", rules.turns_alike, usual={"rtol": RTOL}, outputs=OUTPUTS)
+@analysis(
+    *(_assessable, _along_fits, "model", rules.turns_alike, spreads_fit),
+    usual={"rtol": RTOL},
+    outputs=OUTPUTS,
+)
 def assess(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
@@ -242,6 +247,7 @@ def assess(  # noqa: D417 (nobody gives it the model)
     turns: Annotated[Natural, Field(ge=2)] = TURNS,
     lyapunov_turns: Natural = LYAPUNOV_TURNS,
     budget: Annotated[Positive, unit("duration", "s")] = BUDGET,
+    spreads: Spreads | None = None,
     n_jobs: Natural | None = None,
     **motion: Unpack[Settling],
 ) -> xr.Dataset:
@@ -272,6 +278,8 @@ def assess(  # noqa: D417 (nobody gives it the model)
     budget : float
         Time of the processors after which all but the present motion is cut short, s. What was not reached
         has the status ``not_run``; of a study, a later run goes on with it.
+    spreads : dict of str to Spread, optional
+        Those of `jointplay.tolerances`, to which the page then leads; they change nothing else.
     n_jobs : int, optional
         Worker processes, 2 if left out.
 
@@ -306,7 +314,8 @@ def assess(  # noqa: D417 (nobody gives it the model)
         told |= ended(first_bad([now, like]), began)
         (other,), over, sides = known
         found = assembled(mechanism, keys, now, like, other, over, sides)
-        return found.assign(OUTPUTS.variables_of(told)[0])
+        own = {"tolerances": len(spreads)} if spreads else {}
+        return found.assign(OUTPUTS.variables_of(told)[0]).assign_attrs(own)
 
     shown(made, 0)
     rounds.shares = SHARES[_kind(now)]
@@ -479,7 +488,7 @@ def _contacts(mechanism: Mechanism, joints: list[str], now: Answer) -> dict[str,
     return found
 
 
-def _length(joint: Any) -> float:
+def bearing_length(joint: Any) -> float:
     """Length of a joint's bearing, m; NaN where it is not known."""
     if joint.data is not None:
         return joint.data.parts.length
@@ -514,7 +523,7 @@ def _motion(now: Answer) -> dict[str, Any]:
 
 def _graded(mechanism: Mechanism, values: Mapping[str, Any]) -> dict[str, Any]:
     """Grade of the present motion, and the pressure on bearings whose length is known."""
-    lengths = [_length(joint) for joint in mechanism.joints]
+    lengths = [bearing_length(joint) for joint in mechanism.joints]
     radii = [joint.radius if joint.clearance and joint.radius else np.nan for joint in mechanism.joints]
     pressure = values["peak_force"] / (2 * np.array(radii, dtype=float) * np.array(lengths, dtype=float))
     known = values["present"][0] < TOLD.index(UNKNOWN)

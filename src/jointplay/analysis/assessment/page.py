@@ -81,6 +81,9 @@ def _in_the_end(dataset: Dataset, source: str) -> list[str]:
     lines += ["Reproduce", f"  jointplay assess {source}"]
     if any(NOT_RUN in codes.words(dataset[f"{each}_status"]).values for each in ("variant", "curve", "side")):
         lines += ["  (the same command goes on with what was not looked at)"]
+    if "tolerances" in dataset.attrs:
+        lines += ["How many made by this drawing do so, by the tolerances that stand in the file"]
+        lines += [f"  jointplay tolerances {source}"]
     given = commands(dataset, source)
     lines += ["Check by brute force: a diagram across each change"] * bool(given)
     return [*lines, *(f"  {command}" for command in given)]

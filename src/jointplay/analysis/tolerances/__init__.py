@@ -1,0 +1,1 @@
+"""Shares of the mechanisms made by one drawing."""
