@@ -24,9 +24,9 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 43_278,
-    "code lines of its analyses": 15_209,
-    "code lines of all three packages": 48_707,
+    "code lines of the suite": 43_270,
+    "code lines of its analyses": 15_200,
+    "code lines of all three packages": 48_699,
     "files of the suite": 413,
     "files with one reader": 90,
     "entries at the top of the suite": 10,

@@ -488,7 +488,12 @@ def _contacts(mechanism: Mechanism, joints: list[str], now: Answer) -> dict[str,
     return found
 
 
-def bearing_length(joint: Any) -> float:
+def bearing_area(joint: Any) -> float:
+    """Projected area of a joint's bearing, m²; NaN where it is not known."""
+    return 2 * (joint.radius if joint.clearance and joint.radius else np.nan) * _length(joint)
+
+
+def _length(joint: Any) -> float:
     """Length of a joint's bearing, m; NaN where it is not known."""
     if joint.data is not None:
         return joint.data.parts.length
@@ -523,9 +528,7 @@ def _motion(now: Answer) -> dict[str, Any]:
 
 def _graded(mechanism: Mechanism, values: Mapping[str, Any]) -> dict[str, Any]:
     """Grade of the present motion, and the pressure on bearings whose length is known."""
-    lengths = [bearing_length(joint) for joint in mechanism.joints]
-    radii = [joint.radius if joint.clearance and joint.radius else np.nan for joint in mechanism.joints]
-    pressure = values["peak_force"] / (2 * np.array(radii, dtype=float) * np.array(lengths, dtype=float))
+    pressure = values["peak_force"] / np.array([bearing_area(joint) for joint in mechanism.joints])
     known = values["present"][0] < TOLD.index(UNKNOWN)
     mark = _grade(values["present"][0] == 1, values["force_ratio"], values["impact_speed"]) if known else None
     return {"grade": GRADED.index(UNKNOWN) if mark is None else mark, "contact_pressure": pressure}

@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 from jointplay.analysis.gradients.multipliers import MULTIPLIERS
 from jointplay.analysis.quantities import BALANCE, WORDS, WORK
 from jointplay.display.errors import NOTHING, InputError, Problem, unknown
-from jointplay.solver.mechanism.parameters import EXAMPLE, NAMED, Parameter
+from jointplay.solver.mechanism.parameters import EXAMPLE, INITIAL, NAMED, Parameter
 from jointplay.solver.mechanism.paths import parts_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
-INITIAL = "initial."
 POINTS = ("end", "largest", "smallest")
 DISCRETE = ("mode", "contact_angle", *BALANCE, "energy", "state_value")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from jointplay.analysis.gradients import selection
-from jointplay.solver.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.mechanism.records import Joint, Mechanism, TestSystem
 
 OF_JOINT = {
     "force": ("largest joint force", "N"),
@@ -27,6 +27,11 @@ def known_quantities(mechanism: Mechanism | TestSystem) -> list[str]:
     joints, free = mechanism.contacts, [joint.name for joint in mechanism.joints if joint.ideal]
     own = [f"{word}:{name}" for word in (*COUNTED, *OF_JOINT) for name in joints]
     return [*PLAIN, *own, *(f"force:{name}" for name in free), *inside]
+
+
+def joint_of(mechanism: Mechanism, name: str) -> Joint:
+    """The joint whose contact a quantity is of."""
+    return next(each for each in mechanism.joints if name.partition(":")[2] in each.contacts)
 
 
 def words_of(name: str) -> tuple[str, str]:

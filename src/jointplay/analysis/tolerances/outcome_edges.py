@@ -61,10 +61,13 @@ class Edges:
     slopes: np.ndarray
     bends: np.ndarray
 
+    def surfaces(self, scores: np.ndarray) -> np.ndarray:
+        """Where each edge lies along the factor, by the other scores, shape (n, edges)."""
+        return self.places + scores @ self.slopes.T + scores**2 @ self.bends.T
+
     def off(self, scores: np.ndarray) -> np.ndarray:
         """How far scores lie above each edge, shape (n, edges)."""
-        surfaces = self.places + scores @ self.slopes.T + scores**2 @ self.bends.T
-        return scores[:, self.factor, None] - surfaces
+        return scores[:, self.factor, None] - self.surfaces(scores)
 
     def expected(self, scores: np.ndarray) -> np.ndarray:
         """Whether the event is there, by the edges."""

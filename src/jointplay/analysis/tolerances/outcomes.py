@@ -13,23 +13,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
 
 from jointplay.analysis import rates, rules
-from jointplay.analysis.assessment.assess import bearing_length
+from jointplay.analysis.assessment.assess import bearing_area
 from jointplay.analysis.assessment.forces import forces
 from jointplay.analysis.assessment.settled import CHANGES, Settled, Unsettled
 from jointplay.analysis.cells import guarded
-from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.gradients import selection
 from jointplay.analysis.quantities import WORDS
 from jointplay.analysis.recorded_spans import peaks
 from jointplay.analysis.starts import End, placed, state_names
 from jointplay.analysis.sweeps.attractor import Plan, settle, settle_together
-from jointplay.analysis.tolerances.asked_quantities import COUNTED, OF_JOINT, PLAIN
-from jointplay.analysis.tolerances.spreads import INITIAL
+from jointplay.analysis.tolerances.asked_quantities import COUNTED, OF_JOINT, PLAIN, joint_of
+from jointplay.solver.mechanism.parameters import INITIAL
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.trajectory import Request, follow
 
@@ -146,11 +146,9 @@ def _settled(points: Sequence[tuple[Any, Any]], plan: Plan) -> list[dict[str, An
     return [guarded(settle, {"mechanism": m, "start": start, "plan": plan}) for m, start in points]
 
 
-def _open(mechanism: Any, answer: Mapping[str, Any]) -> bool:
+def _open(motion: Settled) -> bool:
     """Whether a motion has neither a period, which was looked for, nor chaos."""
-    if answer["status"] or int(answer["values"]["period"][1]) != 0:
-        return False
-    return not Settled(mechanism, answer["end"], answer["values"]).traits["chaos"]
+    return int(motion.value("period")) == 0 and not motion.traits["chaos"]
 
 
 def _answer(found: Mapping[str, Any], made: Mapping[str, Any], asked: Asked) -> dict[str, Any]:
@@ -161,7 +159,7 @@ def _answer(found: Mapping[str, Any], made: Mapping[str, Any], asked: Asked) -> 
     mechanism, start = made["point"]
     motion = Settled(mechanism, found["end"], found["values"])
     period = {"status": 0, "period": int(motion.value("period"))}
-    if _open(mechanism, found):
+    if _open(motion):
         return none | period | {"event": [UNDECIDED] * len(asked.events), "end": motion.plain()["end"]}
     try:
         if not asked.plan.transient:  # what is looked at begins with the start
@@ -201,8 +199,7 @@ def _of_joints(
     names, values = list(found["names"]), {}
     for name, (head, label) in wanted.items():
         if head == "pressure":
-            joint = next(each for each in motion.mechanism.joints if label in each.contacts)
-            area = 2 * (joint.radius or np.nan) * bearing_length(joint)
+            area = bearing_area(joint_of(motion.mechanism, name))
             values[name] = float(found["peak"][names.index(label)]) / area
         else:
             key = "peak" if head == "force" else head
@@ -224,29 +221,20 @@ def _of_course(
     rows = np.concatenate([records.steps[:, 2:], records.samples])
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     heads = {name: key.partition(":")[::2] for name, (_, key) in wanted.items()}
-    words = {("state_value" if word == "state" else word) for word, _ in heads.values()}
+    heads = {n: ("state_value" if word == "state" else word, label) for n, (word, label) in heads.items()}
     given = rates.quantities(model, plan.rtol, records, rows)
-    found = {word: each[1] for word, each in given.variables([*words], "time").items()}
-    tops, values = _tops(model, records, rows, found), {}
+    found = {
+        n: each[1] for n, each in given.variables([*{word for word, _ in heads.values()}], "time").items()
+    }
+    forces_ = {name: np.abs(each) for name, each in found.items() if name in ("normal_force", "reaction")}
+    tops = peaks(given, rows, forces_)[0]  # between points, too
+    values = {}
     for name, (how, _) in wanted.items():
         word, label = heads[name]
-        word = "state_value" if word == "state" else word
         at = given.labels(WORDS[word].of).index(label) if WORDS[word].of else ...
         course = found[word][:, at] if WORDS[word].of else found[word]
         if how == "largest" and word in tops:
             values[name] = float(tops[word][at])
         else:
-            values[name] = float({"largest": np.max, "smallest": np.min, "end": _last}[how](course))
+            values[name] = float({"largest": np.max, "smallest": np.min, "end": itemgetter(-1)}[how](course))
     return values
-
-
-def _last(course: np.ndarray) -> float:
-    return course[-1]
-
-
-def _tops(
-    model: Any, records: Any, rows: np.ndarray, found: Mapping[str, np.ndarray]
-) -> dict[str, np.ndarray]:
-    """Largest forces, between points too; none of other quantities."""
-    forces_ = {name: np.abs(each) for name, each in found.items() if name in ("normal_force", "reaction")}
-    return peaks(Quantities(model, rows, records.start), rows, forces_)[0] if forces_ else {}

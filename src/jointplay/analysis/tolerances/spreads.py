@@ -32,18 +32,16 @@ from jointplay.analysis.vary import axes, repeated
 from jointplay.display.errors import InputError, Problem, join, unknown
 from jointplay.solver.mechanism.base import Name, Number, Positive, Record, accepts, unit
 from jointplay.solver.mechanism.measures import in_si
-from jointplay.solver.mechanism.parameters import Parameter, declared_units
+from jointplay.solver.mechanism.parameters import INITIAL, Parameter, declared_units
 from jointplay.solver.mechanism.parts.fits import limits
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
-INITIAL = "initial."
 FORMS = ("normal", "lognormal", "uniform", "triangular", "values", "within", "fit", "scipy")
 TAIL = 1e-6
 REPLICATES = 16
 GRID = 100_000  # quantiles from which moments of what is cut off are
 MOST_BITS = 30  # of Sobol's sequence
 LEAST_EIGENVALUE = -1e-9  # of a correlation matrix, as far as rounding goes
-NEXT_TO_ONE = 1 - 2.0**-53
 _WORDS = f"a table of parameters, each with its spread as a table with one of {', '.join(FORMS)},"
 
 
@@ -199,6 +197,11 @@ def _as_pair(given: Any) -> Any:
     return {**given, "lognormal": tuple(pair.values())} if isinstance(pair, Mapping) else given
 
 
+def _inside(shares: np.ndarray) -> np.ndarray:
+    """Shares of which none is 0 or 1, where quantiles may be infinite."""
+    return np.clip(shares, 2.0**-53, 1 - 2.0**-53)
+
+
 def units_of(mechanism: Mechanism | TestSystem, key: str) -> str | None:
     """Units of a parameter, or of a state at the start; None of what does not exist."""
     if not key.startswith(INITIAL):
@@ -268,7 +271,7 @@ class Distribution:
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         """Values below which shares u lie."""
-        u = np.clip(u, 2.0**-53, NEXT_TO_ONE)
+        u = _inside(u)
         if self.whole is None:
             weights = np.array(self.spread.weights or np.ones(len(self.spread.values)), dtype=float)
             at = np.searchsorted(np.cumsum(weights) / weights.sum(), u)
@@ -356,7 +359,7 @@ class Design:
         """Normal scores of the parameters' factors, correlated, shape (count, factors)."""
         from scipy import special
 
-        own = special.ndtri(np.clip(factors, 2.0**-53, NEXT_TO_ONE))
+        own = special.ndtri(_inside(factors))
         return own if self.correlation is None else own @ self._root.T
 
     @cached_property

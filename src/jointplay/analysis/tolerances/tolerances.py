@@ -18,10 +18,9 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
 
 import numpy as np
-from scipy import special
 
 from jointplay.analysis import rules
-from jointplay.analysis.assessment.assess import bearing_length
+from jointplay.analysis.assessment.assess import bearing_area
 from jointplay.analysis.assessment.settled import plan
 from jointplay.analysis.cells import first_bad, growing, handed_out, warm
 from jointplay.analysis.declared import Outputs
@@ -38,7 +37,7 @@ from jointplay.analysis.sweeps.bifurcation import ONCE_A_TURN, lanes_fit
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.tolerances import estimates
 from jointplay.analysis.tolerances import outcome_edges as edge_search
-from jointplay.analysis.tolerances.asked_quantities import known_quantities, words_of
+from jointplay.analysis.tolerances.asked_quantities import joint_of, known_quantities, words_of
 from jointplay.analysis.tolerances.outcomes import (
     FAILED,
     NO,
@@ -51,7 +50,6 @@ from jointplay.analysis.tolerances.outcomes import (
     usual_events,
 )
 from jointplay.analysis.tolerances.spreads import (
-    INITIAL,
     Design,
     Spreads,
     dependence_fits,
@@ -64,7 +62,7 @@ from jointplay.display.number_text import counted, plain
 from jointplay.display.units import measure
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, NonNegative, Number, accepts
-from jointplay.solver.mechanism.parameters import Parameter
+from jointplay.solver.mechanism.parameters import INITIAL, Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 from jointplay.solver.motion.ensemble_runs import in_lanes
 from jointplay.solver.motion.progress import part
@@ -306,17 +304,10 @@ def _asked_fits(
     for place, name in named:
         if name not in known:
             yield unknown(place, name, name, known, "quantity")
-        elif name.startswith("pressure:") and not np.isfinite(_bearing(mechanism, name)):
+        elif name.startswith("pressure:") and not np.isfinite(bearing_area(joint_of(mechanism, name))):
             yield Problem(place, name, "radius and length of the bearing are needed for its pressure")
     if events == () and not named:
         yield Problem("events", events, "an event, or a quantity in of or limits, is accepted")
-
-
-def _bearing(mechanism: Mechanism, name: str) -> float:
-    """Projected area of a bearing, m²; NaN where it is not known."""
-    label = name.partition(":")[2]
-    joint = next(each for each in mechanism.joints if label in each.contacts)
-    return (joint.radius or np.nan) * bearing_length(joint)
 
 
 def _causes_fit(
@@ -782,7 +773,8 @@ def _edge(
         found = found if by else edge_search.UNCLEAR
     table: dict[str, Any] = {"edge_event": _named(event), "edge_found": found}
     if edges is not None:
-        table["edge_place"] = design.laws[number].quantile(special.ndtr(edges.places))
+        at = np.outer(edges.places, np.arange(len(design.factors)) == factor)
+        table["edge_place"] = design.values(at)[:, number]
         table |= _lines(edges, design, number)
     table |= _ends("edge_share", by.share if by else [np.nan] * 3)
     table |= {
@@ -799,10 +791,11 @@ def _lines(edges: edge_search.Edges, design: Design, number: int) -> dict[str, n
     lines = np.full((len(edges.places), *across.shape), np.nan)
     for place, group in enumerate(design.factors):
         if place != edges.factor:
-            across[place] = design.laws[group[0]].quantile(special.ndtr(scores))
-            at = edges.places[:, None] + np.outer(edges.slopes[:, place], scores)
-            at += np.outer(edges.bends[:, place], scores**2)
-            lines[:, place] = design.laws[number].quantile(special.ndtr(at))
+            at = np.outer(scores, np.arange(len(design.factors)) == place)
+            across[place] = design.values(at)[:, group[0]]
+            for line, surface in zip(lines, edges.surfaces(at).T, strict=True):
+                at[:, edges.factor] = surface
+                line[place] = design.values(at)[:, number]
     return {"edge_across": across, "edge_line": lines}
 
 

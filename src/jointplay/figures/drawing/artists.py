@@ -130,12 +130,14 @@ def clearance_circle(ax: Axes, reach: float) -> None:
         axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
 
 
-def shared_legend(figure: Figure, axes: Iterable[Axes], columns: int) -> None:
-    """Put one legend below the figure for all that is named in some panels, each name once."""
+def shared_legend(figure: Figure, axes: Iterable[Axes], columns: int | None = None) -> None:
+    """Put one legend, usually a row, below the figure for all that some panels name, each name once."""
     handles = {}
     for ax in axes:
         handles |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns)
+    figure.legend(
+        handles.values(), handles.keys(), loc="outside lower center", ncols=columns or len(handles) or 1
+    )
 
 
 def axis_label(array: DataArray, unit: Shown) -> str:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 BINS, NAMES = 30, 17  # of a histogram; letters in a line of a parameter's name
 COLOURS = {"no": style.BLUE, "yes": style.AMBER, "undecided": style.GREY, "failed": style.WARNING}
+ABOVE = "above:"  # before the name of a quantity, its event of exceeding the limit
 MARKERS = {"no": "o", "yes": "^", "undecided": "s", "failed": "x"}
 
 
@@ -48,10 +49,7 @@ def tolerances(dataset: Dataset, *, event: str | None = None, quantity: str | No
     _bars(axes[1], dataset, event)
     if len(order) > 1:
         _scatter(axes[2], dataset, event, order)
-    handles = {}
-    for ax in (axes[0], axes[-1]):
-        handles |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=len(handles) or 1)
+    artists.shared_legend(figure, (axes[0], axes[-1]))
     artists.letter(axes)
     return artists.finish(figure, dataset)
 
@@ -63,7 +61,7 @@ def _event(dataset: Dataset, given: str | None) -> str:
         return select.choice("event", given, names, "event")
     shares = dict(zip(names, dataset["share"].values if "share" in dataset else [], strict=False))
     some = [name for name in names if 0 < shares.get(name, 0) < 1]
-    return next((name for name in some if name.startswith("above:")), next(iter([*some, *names]), ""))
+    return next((name for name in some if name.startswith(ABOVE)), next(iter([*some, *names]), ""))
 
 
 def _order(dataset: Dataset, event: str) -> list[int]:
@@ -86,9 +84,9 @@ def _outcomes(dataset: Dataset, event: str) -> np.ndarray:
 
 
 def _label(word: str, event: str) -> str:
-    name = event.removeprefix("above:").replace("_", " ")
+    name = event.removeprefix(ABOVE).replace("_", " ")
     if word in ("no", "yes") and event:
-        pair = (f"no {name}", name) if not event.startswith("above:") else ("within the limit", "above it")
+        pair = (f"no {name}", name) if not event.startswith(ABOVE) else ("within the limit", "above it")
         return pair[word == "yes"]
     return word if event else "samples"
 
@@ -97,7 +95,7 @@ def _histogram(ax: Axes, dataset: Dataset, event: str, quantity: str | None, ord
     """Samples by a quantity, stacked by their outcome, with the limit."""
     words = _outcomes(dataset, event)
     names = [str(name) for name in dataset["quantity"].values] if "quantity" in dataset.dims else []
-    own = quantity or event.removeprefix("above:")
+    own = quantity or event.removeprefix(ABOVE)
     if quantity is not None:
         select.choice("quantity", quantity, names, "quantity")
     if names:
@@ -112,7 +110,7 @@ def _histogram(ax: Axes, dataset: Dataset, event: str, quantity: str | None, ord
     groups = [values[(words == word) & np.isfinite(values)] * unit.factor for word in there]
     look: dict[str, Any] = {"stacked": True, "label": [_label(word, event) for word in there]}
     ax.hist(groups, bins=BINS, color=[COLOURS[word] for word in there], **look)
-    if event == f"above:{shown_}":
+    if event == f"{ABOVE}{shown_}":
         limit = float(dataset["limit"].sel(event=event)) * unit.factor
         ax.axvline(limit, color="black", linewidth=1.0, linestyle="--", label="limit")
     label = artists.broken(artists.with_unit(artists.capital(name), raised(unit.symbol)), 2 * NAMES)

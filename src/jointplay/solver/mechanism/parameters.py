@@ -33,6 +33,7 @@ from jointplay.solver.mechanism.records import Contact, Friction, Mechanism, Tes
 NAMED = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
 _POWERS = str.maketrans("²³⁴", "234")
 EXAMPLE = "joints.B.contact.stiffness"
+INITIAL = "initial."  # before the name of a state at the start, where that is varied like a parameter
 # tuples of named records, and what each holds
 PARTS = {"joints": "joint", "links": "link", "springs": "spring", "loads": "load", "masses": "point mass"}
 
