@@ -8,11 +8,12 @@ import ast
 import io
 import tokenize
 from collections import Counter, defaultdict
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 
 from tests.test_docstrings import FILES
-from tests.test_layout import MODULES, imported
+from tests.test_layout import MODULES, imported, statements
 
 NO_CODE = (
     tokenize.COMMENT,
@@ -24,9 +25,9 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 43_270,
-    "code lines of its analyses": 15_200,
-    "code lines of all three packages": 48_699,
+    "code lines of the suite": 43_271,
+    "code lines of its analyses": 15_205,
+    "code lines of all three packages": 48_700,
     "files of the suite": 413,
     "files with one reader": 90,
     "entries at the top of the suite": 10,
@@ -35,13 +36,14 @@ BOUNDS = {
 }
 
 
+@cache
 def lines_of_code(text):
     """Numbers of the lines that hold code."""
     rows = set()
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type not in NO_CODE:
             rows.update(range(token.start[0], token.end[0] + 1))
-    for node in ast.walk(ast.parse(text)):
+    for node in statements(text):
         if (
             isinstance(node, ast.Expr)
             and isinstance(node.value, ast.Constant)
@@ -54,7 +56,7 @@ def lines_of_code(text):
 def without_imports(text):
     """The code lines of a file, imports apart, each without its indent."""
     left = set(lines_of_code(text))
-    for node in ast.walk(ast.parse(text)):
+    for node in statements(text):
         if isinstance(node, ast.Import | ast.ImportFrom):
             left.difference_update(range(node.lineno, node.end_lineno + 1))
     lines = text.splitlines()

@@ -107,6 +107,7 @@ def sampled() -> xr.Dataset:
         "parameter": ["joints.B.clearance", "speed"],
         "factor": ["joints.B.clearance", "speed"],
         "parameter_name": ["radial clearance of joint B", "speed"],
+        "factor_name": ["radial clearance of joint B", "speed"],
         "parameter_units": ["m", "rad s-1"],
         "event": ["above:force:B"],
         "quantity": ["force:B"],
@@ -127,7 +128,7 @@ def sampled() -> xr.Dataset:
 
 PICTURES = {
     "tolerances": lambda: (sampled(), {}),
-    "tolerances of a parameter": lambda: (sampled().drop_dims(("quantity", "factor")), {}),
+    "tolerances of one": lambda: (sampled().isel(parameter=[0]).drop_dims(("quantity", "factor")), {}),
     "optimise": lambda: (improved(), {}),
     "gradient": lambda: (leaning(), {}),
     "time_history": lambda: (response(), {"kind": "time_history"}),

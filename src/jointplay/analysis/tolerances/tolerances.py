@@ -70,7 +70,7 @@ from jointplay.solver.motion.progress import part
 if TYPE_CHECKING:
     import xarray as xr
 
-BLOCK = 128  # samples of a cell
+BLOCK, STILL_OPEN = 128, 32  # samples of a cell; fewer of those followed on, so that no worker waits
 SAMPLES, TURNS, TRANSIENT, LYAPUNOV_TURNS, ROWS, EDGE_RUNS = 1000, 50, 150, 200, 128, 100
 WITHIN, ABOVE = "within_limits", "above:"
 SAID = {"contact_loss": "lose contact", "doubling": "have left period 1", "chaos": "are chaotic"}
@@ -128,7 +128,7 @@ def _rest(one: xr.Dataset) -> str:
 
 def _fault(result: xr.Dataset, output: str) -> Iterator[str]:
     """The factor with the largest total share of an output."""
-    if "total" not in result:
+    if "total" not in result or result.sizes["factor"] < 2:
         return
     one = result.sel(output=output)
     if np.isfinite(one["total"]).any():
@@ -136,7 +136,7 @@ def _fault(result: xr.Dataset, output: str) -> Iterator[str]:
         if float(best["total_high"] - best["total_low"]) > TELLING:
             return
         value, low, high = (plain(float(best[key]), 2) for key in ("total", "total_low", "total_high"))
-        yield f"most by {best['factor'].item()}: total Sobol' share {value} ({low} to {high})"
+        yield f"most by {best['factor_name'].item()}: total Sobol' share {value} ({low} to {high})"
 
 
 def _changes(one: xr.Dataset) -> Iterator[str]:
@@ -146,15 +146,16 @@ def _changes(one: xr.Dataset) -> Iterator[str]:
     moved = np.abs(one["narrowed_share"].values - float(one["share"]))
     best = one.isel(factor=int(np.nanargmax(moved)))
     if float(np.nanmax(moved)) > 0:
-        share = plain(float(one.attrs.get("narrowed", 0.5)), 3)
-        yield f"with {share} of the spread of {best['factor'].item()}: {_percent(best, 'narrowed_share')}"
+        share = plain(100 * float(one.attrs["narrowed"]), 3)
+        narrowed = _percent(best, "narrowed_share")
+        yield f"with {share} % of the spread of {best['factor_name'].item()}: {narrowed}"
 
 
 def _by_edge(one: xr.Dataset, name: str) -> Iterator[str]:
     if "edge_share" not in one or str(one["edge_event"].item()) != name:
         return
     found, runs = str(codes.words(one["edge_found"]).item()), int(one["edge_runs"])
-    along = one.attrs["edge_parameter"]
+    along = one["parameter_name"].sel(parameter=one.attrs["edge_parameter"]).item()
     if found == "no_edge":
         yield f"no edge along {along} within {edge_search.REACH:g} standard deviations"
     elif found == "unclear":
@@ -188,7 +189,7 @@ def _cheapest(result: xr.Dataset) -> list[str]:
     wanted = f"{plain(100 * result.attrs['wanted'], 3)} % within all limits"
     if not np.isfinite(result["cheapest_yield"]):
         return [f"no set of narrower spreads brings {wanted}"]
-    names = [str(name) for name in result["factor"].values[result["cheapest"].values == 1]]
+    names = [str(name) for name in result["factor_name"].values[result["cheapest"].values == 1]]
     price = plain(float(result["cheapest_price"]), 4)
     what = f"narrow {', '.join(names) or 'none'}, for {price}"
     return [f"cheapest for {wanted}: {what}: {_percent(result, 'cheapest_yield')}"]
@@ -219,6 +220,7 @@ OUTPUTS = Outputs(
         "value": Out(("sample", "parameter"), f"value, {IN_PARAMETER}"),
         "parameter_units": Out("parameter", "units of the parameter", ""),
         "parameter_name": Out("parameter", "the parameter", ""),
+        "factor_name": Out("factor", "the parameter, or the first one of a batch and how many more", ""),
         "outcome": Out(("sample", "event"), "what happens", flags=OUTCOMES),
         "period": Out("sample", "period in turns; 0: none found; -1: not looked for, or failed"),
         "sample_status": Out("sample", "how the sample ended", flags=STATUS),
@@ -439,7 +441,7 @@ def tolerances(
         Number of turns over which the exponent of a motion without a period is averaged.
     shares : int, optional
         Number of samples of which Sobol' shares are computed, each by one more run for each parameter and
-        one; 128 if left out, none beside `correlation`.
+        one; if left out 128, and none of a single parameter or beside `correlation`.
     narrowed : float
         Share of its spread that one parameter is narrowed to, about its median, in the table of changes.
     prices : dict of str to float, optional
@@ -473,7 +475,8 @@ def tolerances(
     asked = Asked(replace(how, section=section, ensemble=lanes), own_events, quantities)
     run = partial(_run, mechanism, motion["initial"], design, n_jobs=n_jobs)
     tell = [part(motion["progress"], *pair) for pair in pairwise(PARTS)]
-    rows = 0 if correlation is not None else min(ROWS if shares is None else shares, samples)
+    alone = correlation is not None or len(design.factors) < 2  # nothing to share among
+    rows = min((0 if alone else ROWS) if shares is None else shares, samples)
     factors = design.drawn(samples)
     own = design.scores(factors[:, : len(design.factors)])
     main, *mixed = run(asked, names, [own, *(_mixed(design, factors[:rows]) if rows else [])], tell[0])
@@ -591,7 +594,7 @@ def _run(
         if not ends:
             break
         left = np.array([*ends])
-        blocks = [left[i : i + BLOCK] for i in range(0, len(left), BLOCK)]
+        blocks = [left[i : i + STILL_OPEN] for i in range(0, len(left), STILL_OPEN)]
     found = whole.found(values, limits)
     return [found.part(slice(*pair)) for pair in pairwise(bounds)]
 
@@ -657,12 +660,14 @@ def _factor_names(design: Design) -> list[str]:
 def _labels(mechanism: Any, design: Design, main: Found, limits: Mapping[str, float]) -> dict[str, Any]:
     """Labels of all dimensions, and what they stand for."""
     words = [parameter_words(mechanism, key) for key in design.spreads]
+    nouns = [words[first][0] + f" and {len(more)} more" * bool(more) for first, *more in design.factors]
     limited = [name.removeprefix(ABOVE) for name in main.events]
     table = {
         "parameter": np.array([*design.spreads], dtype=str),
         "parameter_name": np.array([noun for noun, _ in words], dtype=str),
         "parameter_units": np.array([units for _, units in words], dtype=str),
         "factor": np.array(_factor_names(design), dtype=str),
+        "factor_name": np.array(nouns, dtype=str),
         "event": np.array(main.events, dtype=str),
         "limit": np.array([limits.get(name, np.nan) for name in limited]),
         "limit_units": np.array([words_of(n)[1] if n in limits else "1" for n in limited], dtype=str),

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 BINS, NAMES = 30, 17  # of a histogram; letters in a line of a parameter's name
 COLOURS = {"no": style.BLUE, "yes": style.AMBER, "undecided": style.GREY, "failed": style.WARNING}
 ABOVE = "above:"  # before the name of a quantity, its event of exceeding the limit
+WITHIN, BEYOND = "within_limits", ("beyond a limit", "within all limits")
 MARKERS = {"no": "o", "yes": "^", "undecided": "s", "failed": "x"}
 
 
@@ -42,14 +43,15 @@ def tolerances(dataset: Dataset, *, event: str | None = None, quantity: str | No
     select.require(dataset, "tolerances", ("value", "outcome", "parameter_name"))
     event = _event(dataset, event)
     order = _order(dataset, event)
-    panels = 2 + (len(order) > 1)
-    figure = style.sheet(style.COLUMNS["double"], 66.0)
-    axes = figure.subplots(1, panels)
+    bars, pair = "total" in dataset and dataset.sizes["factor"] > 1, len(order) > 1
+    figure = style.sheet(style.COLUMNS["double" if bars or pair else "single"], 66.0)
+    axes = figure.subplots(1, 1 + bars + pair, squeeze=False)[0]
     _histogram(axes[0], dataset, event, quantity, order)
-    _bars(axes[1], dataset, event)
-    if len(order) > 1:
-        _scatter(axes[2], dataset, event, order)
-    artists.shared_legend(figure, (axes[0], axes[-1]))
+    if bars:
+        _bars(axes[1], dataset, event)
+    if pair:
+        _scatter(axes[-1], dataset, event, order)
+    artists.shared_legend(figure, (axes[0], axes[-1]) if pair else axes[:1])
     artists.letter(axes)
     return artists.finish(figure, dataset)
 
@@ -84,10 +86,10 @@ def _outcomes(dataset: Dataset, event: str) -> np.ndarray:
 
 
 def _label(word: str, event: str) -> str:
-    name = event.removeprefix(ABOVE).replace("_", " ")
     if word in ("no", "yes") and event:
-        pair = (f"no {name}", name) if not event.startswith(ABOVE) else ("within the limit", "above it")
-        return pair[word == "yes"]
+        name = event.replace("_", " ")
+        pair = ("within the limit", "above the limit") if event.startswith(ABOVE) else (f"no {name}", name)
+        return (BEYOND if event == WITHIN else pair)[word == "yes"]
     return word if event else "samples"
 
 
@@ -118,14 +120,13 @@ def _histogram(ax: Axes, dataset: Dataset, event: str, quantity: str | None, ord
     if event and "share" in dataset:
         one = dataset.sel(event=event)
         value, low, high = (plain(100 * float(one[key]), 3) for key in ("share", "share_low", "share_high"))
-        artists.heading(ax, f"{value} % ({low} to {high})")
+        what = artists.capital(_label("yes", event))
+        numbers = f"{value} % ({low} to {high})".replace(" ", "\N{NO-BREAK SPACE}")
+        artists.heading(ax, f"{what}: {numbers}")
 
 
 def _bars(ax: Axes, dataset: Dataset, event: str) -> None:
     """First-order and total shares with their intervals."""
-    if "total" not in dataset:
-        artists.say(ax, "No Sobol' shares were asked for", "black")
-        return
     one = dataset.sel(output=event) if event else dataset.isel(output=0)
     if not np.isfinite(one["total"]).any():
         artists.say(ax, "All samples have the same outcome: nothing to share", "black")
@@ -138,25 +139,17 @@ def _bars(ax: Axes, dataset: Dataset, event: str) -> None:
         text = name.replace("_", " ").replace("first order", "alone").replace("total", "with others")
         ax.barh(rows + off, value, height=0.36, color=colour, label=text)
         ax.errorbar(value, rows + off, xerr=error, fmt="none", ecolor="black", elinewidth=0.8)
-    names = [fill(_noun(dataset, str(name)), NAMES) for name in one["factor"].values]
+    names = [fill(artists.capital(str(name)), NAMES) for name in one["factor_name"].values]
     ax.set_yticks(rows, names)
     ax.invert_yaxis()
     ax.set(xlim=(0.0, 1.0), xlabel="Share of the variance")
     ax.legend(loc="lower right")
 
 
-def _noun(dataset: Dataset, factor: str) -> str:
-    """Noun of a factor's first parameter, and how many share it."""
-    first, *others = factor.split(" + ")
-    at = [str(name) for name in dataset["parameter"].values].index(first)
-    more = f" and {len(others)} more" if others else ""
-    return artists.capital(str(dataset["parameter_name"].values[at])) + more
-
-
 def _scatter(ax: Axes, dataset: Dataset, event: str, order: list[int]) -> None:
     """Samples over the two first parameters, with the edge where one is located."""
     words, values = _outcomes(dataset, event), dataset["value"].values
-    names = [str(name) for name in dataset["parameter"].values]
+    names, nouns = ([str(each) for each in dataset[key].values] for key in ("parameter", "parameter_name"))
     pair = order[:2]
     along = str(dataset.attrs.get("edge_parameter", ""))
     edge = "edge_line" in dataset and str(dataset["edge_event"].values) == event and along in names
@@ -183,7 +176,7 @@ def _scatter(ax: Axes, dataset: Dataset, event: str, order: list[int]) -> None:
             )
         ax.set(xlim=limits[0], ylim=limits[1])
     labels = [
-        artists.broken(artists.with_unit(_noun(dataset, names[i]), raised(unit.symbol)), 2 * NAMES)
+        artists.broken(artists.with_unit(artists.capital(nouns[i]), raised(unit.symbol)), 2 * NAMES)
         for i, unit in zip(pair, units, strict=True)
     ]
     ax.set(xlabel=labels[0], ylabel=labels[1])
