@@ -138,6 +138,7 @@ def run(wheel, tmp_path):
     return ran
 
 
+@pytest.mark.long
 def test_what_a_package_adds_is_checked_listed_told_and_written_as_ours_is(run, tmp_path):
     commands = (
         *("check study.toml", "schema", "new echoes own.toml", "new response saw.toml --mechanism seesaw"),
@@ -209,6 +210,7 @@ def test_kernels_of_another_packages_law_are_not_those_of_its_changed_law(run):
     assert len({first, changed, none}) == 3
 
 
+@pytest.mark.long
 def test_what_is_broken_in_a_package_is_told_with_its_name_and_breaks_nothing_else(run):
     done = run("-c", COMMANDS, given="\n".join(REFUSED), code=BROKEN_CODE, points=BROKEN_POINTS)
     assert "Traceback" not in done.stderr

@@ -86,6 +86,7 @@ def compiled(folder):
     return {path: path.stat().st_mtime_ns for path in (folder / "cache").rglob("*") if path.is_file()}
 
 
+@pytest.mark.long
 def test_no_edit_compiles_nothing_and_an_edit_shows(copy):
     unedited(copy, answer, KERNEL, "solver/method/modal_response.py", "c[0, 2] * a", "c[0, 2] * a * 2")
 
@@ -107,6 +108,7 @@ def unedited(copy, ask, what, file, old, new):
     assert len(folders) == 2
 
 
+@pytest.mark.nightly
 def test_what_is_warmed_is_made_by_no_other_process(copy):
     answer(copy, WARM, NUMBA_DISABLE_JIT="1")
     files = compiled(copy)
@@ -133,6 +135,7 @@ def test_a_cache_that_cannot_be_written_costs_only_time(copy):
     assert run(copy, BALL, HOME=str(copy))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("what", [BALL, LINKAGE])
 def test_uncompiled_python_gives_the_same_motion(tmp_path, what):
     """The method as ordinary Python: the slow twin of the kernels."""

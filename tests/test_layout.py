@@ -2,6 +2,7 @@
 
 import ast
 from collections import defaultdict
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 
 from tests.test_docstrings import FILES
@@ -21,10 +22,22 @@ MIRRORS = (
 MODULES = {name.removesuffix(".__init__"): name for name in FILES}
 
 
+@cache
+def statements(text):
+    """All statements of a program; other nodes, which are many more, are not walked through."""
+    left, found = [ast.parse(text)], []
+    while left:
+        node = left.pop()
+        for field in ("body", "orelse", "finalbody", "handlers", "cases"):
+            left += getattr(node, field, [])
+        found.append(node)
+    return found
+
+
 def imported(module, name):
     """Files of the package that one of them imports, wherever in it."""
     folder = module.split(".")[: None if name.endswith("__init__") else -1]
-    for node in ast.walk(ast.parse(FILES[name].read_text(encoding="utf-8"))):
+    for node in statements(FILES[name].read_text(encoding="utf-8")):
         if isinstance(node, ast.Import):
             yield from (MODULES[alias.name] for alias in node.names if alias.name in MODULES)
         elif isinstance(node, ast.ImportFrom):

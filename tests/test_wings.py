@@ -23,6 +23,7 @@ def ran(code, *given, folder):
     return subprocess.run(command, cwd=folder, env=os.environ, capture_output=True, text=True)
 
 
+@pytest.mark.long
 def test_the_suite_alone_runs_and_draws_a_study(tmp_path):
     given = ["run", str(STUDIES / "quickstart.toml"), "--out", "out", "--set", "analysis.turns=2"]
     given += ["analysis.transient=1", "figure.turns=[1, 2]"]

@@ -53,6 +53,7 @@ SCENES = {
 }
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("scene", SCENES)
 def test_what_this_process_compiles_is_asked_for_before_it_waits(scene):
     done = subprocess.run(

@@ -64,6 +64,7 @@ def balance(joints="B", elastic=("coupler",), turns=5, smooth=None, damping=0.05
     return found, np.abs(found.energy_residual).max() / np.abs(np.diff(found.drive_work)).sum()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "changes",
     [
@@ -95,7 +96,7 @@ def test_balance_of_smoothed_friction_on_rigid_links():
     assert np.all(found.structural_work == 0.0)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "model",
     [

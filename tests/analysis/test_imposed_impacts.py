@@ -140,6 +140,7 @@ print(float(abs(found.energy_residual).max()))
 """  # an impact meets the crank as if nothing held it
 
 
+@pytest.mark.long
 def test_a_kick_of_the_driven_link_is_seen_in_the_balance(tmp_path):
     """The drive's work is that of its torque and impulses, and not what closes the balance."""
     given = {"NUMBA_DISABLE_JIT": "1", "JOINTPLAY_CACHE": str(tmp_path)}

@@ -108,6 +108,7 @@ class Enough(Exception):
     """What a user's `progress` may raise."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("call", [walk(call, name, DEAREST) for name, call in (CALLS | ELASTIC).items()])
 def test_an_analysis_answers_while_it_runs(call):
     """It tells how far it is, goes on doing so, and ends where it is interrupted."""
@@ -138,6 +139,7 @@ def test_what_progress_raises_is_raised(name):
 ENDED = [name for name in CALLS if name not in ("claims", "readings")]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", [walk(name, name, ("assess", "tipping")) for name in ENDED])
 def test_progress_never_falls_and_ends_at_one(name):
     told = []
@@ -209,6 +211,7 @@ def test_tangents_in_short_pieces_are_the_same_to_the_last_bit(monkeypatch, call
         np.testing.assert_array_equal(cut[name], each, err_msg=str(name))
 
 
+@pytest.mark.long
 def test_ensembles_in_short_pieces_are_the_same_to_the_last_bit(monkeypatch):
     scenes = [
         assemble(LOOSE.replace(clearance=e), section="angle:crank") for e in np.geomspace(1e-5, 3e-4, 11)
@@ -225,6 +228,7 @@ def test_ensembles_in_short_pieces_are_the_same_to_the_last_bit(monkeypatch):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
+@pytest.mark.nightly
 def test_fixed_steps_in_short_pieces_are_the_same_to_the_last_bit(monkeypatch):
     model = assemble(LOOSE)
     found = []

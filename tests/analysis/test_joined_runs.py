@@ -30,6 +30,7 @@ SCENES = {  # mechanism, first part and whole in turns
 QUICK = ("compliant", "rigid", "own, forced", "own, at rest")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [pytest.param(n, marks=[pytest.mark.nightly] * (n not in QUICK)) for n in SCENES]
 )
@@ -50,6 +51,7 @@ def test_two_halves_are_the_whole(name, rtol):
     assert np.linalg.norm(apart) < ROOM * max(rtol, 1e-14) * (1 + np.linalg.norm(growth, 2))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("mechanism", [jp.catalog.chunmei2002(1e-4), jp.catalog.slider_crank(clearance=1e-4)])
 def test_a_motion_goes_on_after_more_turns_than_a_start_may_have(mechanism):
     run = {"record": ["journal_x", "drive_torque"], "rtol": 1e-9}
@@ -70,6 +72,7 @@ def test_an_end_of_a_constant_speed_has_the_angle_of_the_crank():
     assert jp.simulate(given, duration=1.0).end_state.state.values.tolist() == ["x", "y", "z"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("mechanism", "duration"),
     [(own(**LAMP), 0.5), (own(**RUBBED), 1.0), (FOUR_BAR(clearance=2.9e-4, drive=PROFILE), 0.01)],

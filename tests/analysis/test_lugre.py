@@ -61,6 +61,7 @@ def test_dragged_one_way_the_force_follows_the_distance_alone():
         assert np.allclose(s_0 * z, f * -np.expm1(-s_0 * x / f), rtol=1e-9)
 
 
+@pytest.mark.long
 def test_break_away_takes_less_the_faster_the_load_grows():
     """The most that bristles bend when a spring pulls a block off a belt, beside another solver."""
     peaks, stiff = [], LUGRE.bristle_stiffness

@@ -187,6 +187,7 @@ def test_a_random_mechanism_moves_alike_in_every_view(number):
 STATES_OF = {"remembering": [("mirrored", MIRROR), ("in other units", TABLE["in other units"])]}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [x if x in STATES_OF else pytest.param(x, marks=pytest.mark.nightly) for x in FEW]
 )

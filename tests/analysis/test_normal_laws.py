@@ -104,6 +104,7 @@ def test_a_force_that_may_not_pull_ends_and_comes_back_within_the_gap():
     assert held[1, EVENT] == Event.CONTACT
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", ["flores", pytest.param("hunt_crossley", marks=pytest.mark.nightly)])
 def test_tangents_through_entry_and_release_are_those_of_neighbours(law):
     start = at(body(law, centre=0.02), 2e-4, -3e-4, w=3.0, vx=1.0, vy=-0.8)

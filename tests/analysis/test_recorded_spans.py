@@ -227,6 +227,7 @@ def test_between_samples_each_force_s_extremes_are_those_of_a_dense_record(linka
     )
 
 
+@pytest.mark.long
 def test_the_top_of_a_short_contact_is_met_though_a_step_passes_over_it(linkage):
     """Stiff faces: a contact lasts two or three steps, too few for a parabola through its force."""
     stiff = linkage.varied({"joints.B.contact.stiffness": 1e10, "joints.B.contact.damping": 10.0})

@@ -16,6 +16,7 @@ def assessed(path, tmp_path, *more):
     return main(["assess", str(path), "--out", str(tmp_path), "--jobs", "1", *more])
 
 
+@pytest.mark.nightly
 def test_the_page_is_printed_and_kept_beside_the_result(tmp_path, capsys):
     path = tmp_path / "press.toml"
     path.write_text(MECHANISM, encoding="utf-8")
@@ -36,6 +37,7 @@ def test_the_page_is_printed_and_kept_beside_the_result(tmp_path, capsys):
     assert same["peak_force"].values.tolist() == found["peak_force"].values.tolist()
 
 
+@pytest.mark.long
 def test_each_part_of_the_page_is_printed_when_its_round_is_over(tmp_path, monkeypatch, capsys):
     """In the order of the rounds; together they are the page, and a run that has all of it prints it too."""
     said, (path, out) = [], (tmp_path / "press.toml", tmp_path / "press_assess")
@@ -79,6 +81,7 @@ def test_of_a_file_of_another_kind_the_mechanism_alone_is_taken(tmp_path, capsys
     assert not (tmp_path / "mine.nc").exists()
 
 
+@pytest.mark.long
 def test_a_study_of_the_kind_keeps_its_name_and_settings(tmp_path, capsys):
     path = tmp_path / "motion.toml"
     lines = "\n".join(each.removeprefix("analysis.") for each in BRIEF)

@@ -2,10 +2,13 @@
 
 import os
 
+import pytest
+
 from jointplay.solver.codegen.cache import digest
 from tests.support.program import jointplay
 
 
+@pytest.mark.long
 def test_the_cache_is_listed_and_pruned_down_to_what_is_in_use(tmp_path):
     old = tmp_path / "0123456789abcdef"
     old.mkdir()
@@ -29,6 +32,7 @@ def test_the_cache_is_listed_and_pruned_down_to_what_is_in_use(tmp_path):
     assert jointplay("cache", "--all", env=here).returncode == 2
 
 
+@pytest.mark.long
 def test_verification_removes_what_is_damaged_and_says_so(tmp_path):
     here = os.environ | {"JOINTPLAY_CACHE": str(tmp_path)}
     assert jointplay("cache", "verify", env=here).returncode == 0

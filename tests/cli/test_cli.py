@@ -162,6 +162,7 @@ def test_a_stored_result_is_drawn_again(study, calls, tmp_path):
     assert cli.main(["figure", str(path), "--out", str(path / "below" / "x.pdf")]) == 2
 
 
+@pytest.mark.long
 def test_check_and_list_and_schema(study, calls, tmp_path, capsys):
     assert cli.main(["check", str(study)]) == 0
     assert "chunmei2002" in capsys.readouterr().out
@@ -191,6 +192,7 @@ def test_studies_are_listed_where_they_are(study, tmp_path, monkeypatch, capsys)
     assert capsys.readouterr().out.startswith(str(Path("studies") / "small.toml"))
 
 
+@pytest.mark.long
 def test_the_program_refuses_wrong_input_without_a_traceback(tmp_path):
     path = tmp_path / "a.toml"
     path.write_text(TEXT + "jiont = 1")

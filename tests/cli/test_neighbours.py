@@ -37,6 +37,7 @@ def test_the_command_line_runs_none_of_them(beside):
     assert not (beside / "ran").exists()
 
 
+@pytest.mark.long
 def test_workers_run_none_of_them(beside):
     command = [sys.executable, "-P", "-c", CELLS]
     done = subprocess.run(command, cwd=beside, capture_output=True, text=True, timeout=300)
@@ -54,6 +55,7 @@ def test_the_environment_of_this_process_is_left_as_it_was(monkeypatch):
         assert os.environ.get("PYTHONSAFEPATH") == before
 
 
+@pytest.mark.nightly
 def test_a_checkout_that_is_not_installed_still_runs_from_its_own_folder(beside):
     """Workers import this very package, and not the installed one."""
     shutil.copytree(PACKAGE, beside / "jointplay", ignore=shutil.ignore_patterns("__pycache__"))

@@ -21,6 +21,7 @@ from tests.support.study_samples import SOFT
 STUDIES = Path(__file__).parents[2] / "studies"
 
 
+@pytest.mark.long
 def test_a_run_out_of_steps_keeps_and_draws_what_it_has(tmp_path):
     words = ["run", STUDIES / "quickstart.toml", "--out", tmp_path, "--set", "analysis.transient=0"]
     done = jointplay(*words, "integrator.max_steps=1500", "analysis.turns=30", "figure.turns=1")
@@ -35,6 +36,7 @@ def test_a_run_out_of_steps_keeps_and_draws_what_it_has(tmp_path):
     assert (tmp_path / "quickstart.png").exists()
 
 
+@pytest.mark.long
 def test_a_section_that_stops_in_the_transient_is_still_a_result(tmp_path):
     words = ["run", STUDIES / "paper" / "fig12c.toml", "--out", tmp_path]
     done = jointplay(*words, "--set", "integrator.max_steps=50")
@@ -43,6 +45,7 @@ def test_a_section_that_stops_in_the_transient_is_still_a_result(tmp_path):
     assert (name_of(dataset), dataset.sizes["turn"]) == ("step_limit", 0)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 @pytest.mark.parametrize("seconds", [0.5, 3.0])
 def test_an_interrupt_ends_a_run_soon_with_a_sentence(seconds, tmp_path):

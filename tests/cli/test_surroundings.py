@@ -21,6 +21,7 @@ def command(tmp_path):
     return [sys.executable, "-m", "jointplay", "run", str(tmp_path / "one.toml"), "--no-figure"]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("blocks", [8, 400])
 def test_a_file_that_may_not_grow_ends_a_run_in_a_sentence(command, tmp_path, blocks):
     """As by `ulimit -f`, at the beginning of the result or in its middle."""

@@ -368,6 +368,7 @@ def test_a_loop_is_made_once_and_in_a_process_of_its_own(unloaded, here, monkeyp
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("attack", [cut, empty, flip, make_folder, make_link, make_pipe, give_away, open_up])
 def test_a_loop_that_is_not_as_it_was_written_is_made_anew(once, unloaded, here, capsys, attack):
     path = here / shutil.copy(once, here)

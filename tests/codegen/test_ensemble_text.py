@@ -54,6 +54,7 @@ def blocks(w, first, count):
 QUICK = ("one joint", "a memory", "a memory that sticks", "two joints", "a loop")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [pytest.param(each, marks=[] if each in QUICK else pytest.mark.nightly) for each in SCENES]
 )

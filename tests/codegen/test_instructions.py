@@ -233,6 +233,7 @@ def test_code_in_lanes_of_a_size_does_what_its_text_says(positions):
     assert differences(algebra) == differences(tangents) == []
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("name", "back_end"), TABLE)
 def test_every_function_does_what_its_text_says(name, back_end, tmp_path):
     wanted, *how = BACK_ENDS[back_end]

@@ -51,6 +51,7 @@ def shifted(base, modes):
     return (lambda shift: Point(base.f, base.p, state + shift, modes, complex)), n_x
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("drive", ["motor", "speed"])
 @pytest.mark.parametrize("joints", LINKAGES)
 def test_linkages(joints, drive):
@@ -70,6 +71,7 @@ BENDING = {  # joints with play, links that bend, drive, order: modes
 }
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "model", BENDING, ids=["_".join(model).replace(" ", "_").strip("_") for model in BENDING]
 )

@@ -24,6 +24,7 @@ MODES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "model", MODES, ids=["_".join(model).replace(" ", "_").strip("_") for model in MODES]
 )
@@ -44,6 +45,7 @@ def test_factors_make_newtons_matrix(model):
                 assert np.all(error <= 1e-9 * scale)
 
 
+@pytest.mark.long
 def test_modes_are_eliminated_without_fill():
     """Of 12 modes and three angles: each mode meets itself and the angles, and no mode meets another."""
     model = assemble(catalog.chunmei2002(elastic=("crank", "coupler", "rocker")))
@@ -56,6 +58,7 @@ def test_modes_are_eliminated_without_fill():
     assert len(slip.filled()) == 65
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("elastic", [(), ("coupler",)])
 def test_only_many_unknowns_are_planned(elastic):
     sizes = plain(assemble(catalog.chunmei2002(elastic=elastic)).structure).SIZES

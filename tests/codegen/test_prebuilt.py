@@ -94,7 +94,7 @@ def test_what_is_not_of_these_sources_and_this_processor_is_not_taken(ready, mon
     assert found is None
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_motion_has_the_same_bits(tmp_path, monkeypatch):
     prebuilt.write(tmp_path, ["flow"])
     monkeypatch.setattr(prebuilt, "FOLDER", tmp_path)

@@ -97,6 +97,7 @@ def test_without_a_mass_the_matrix_is_the_identity():
     assert InverseMass(Tape(system), system)(b, "x") == b
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ["slider_crank", "flores2010"])
 def test_slopes_and_common_subexpressions_are_those_of_sympy(name):
     """In its order, on the programs of every variant."""

@@ -250,7 +250,7 @@ def test_examples_of_generated_pages_validate():
             validate({"name": "page"} | tomllib.loads(study))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_site_is_built_without_a_warning_in_three_minutes(tmp_path):
     pytest.importorskip("sphinx")
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "-b", "html", str(DOCS), str(tmp_path)]

@@ -32,6 +32,7 @@ def combinations(joints):
     return same + [mixed(len(joints), seed) for seed in range(3)] if len(joints) > 1 else same
 
 
+@pytest.mark.nightly
 @every_scene
 def test_accelerations_and_contacts(model):
     system, ours = pair(*model)

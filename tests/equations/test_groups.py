@@ -88,6 +88,7 @@ SCENES = {
 }
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", SCENES)
 def test_a_group_against_full_coordinates(name):
     """Speeds, accelerations, reactions, moments, torque."""
@@ -139,6 +140,7 @@ def quantities(model, state):
     return {k: float(v) for k, v in outputs.evaluate(functions, functions.OUTPUTS, given).items()}
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ["bars", "a sleeve"])
 def test_slopes_against_complex_steps(name):
     """Rates of the crank do not depend on memories, which decay to what they led to."""

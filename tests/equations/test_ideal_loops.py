@@ -82,6 +82,7 @@ def test_slider_crank_in_closed_form():
         within([each[word] for each in found], expected)
 
 
+@pytest.mark.long
 def test_quick_return_in_closed_form():
     """Arm of the crank shaper over a turn."""
     r, p, w = 0.05, 0.12, 20.0
@@ -149,6 +150,7 @@ def test_six_bars_in_closed_form(name):
             within([each[f"angular_acceleration:{k}"] for each in found], bend[k])
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", NAMES)
 def test_examples(name):
     mechanism = getattr(catalog, name)(clearance={}, gravity=9.8)
@@ -240,6 +242,7 @@ SCENES = {
 }
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "swapped", ["ACGDE", *(pytest.param(one, marks=SLOW) for one in ("", "SBTF", "OASBCGTDEF"))]
 )
@@ -262,6 +265,7 @@ PLAY = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "loose", "drive"),
     [

@@ -159,6 +159,7 @@ SCENES = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("joints", "modes"), SCENES)
 def test_a_profile_moves_all_as_the_torque_that_it_takes(joints, modes):
     """The same state under that torque as a load: every acceleration is the same."""

@@ -35,6 +35,7 @@ def watched(joints, drive, mode, seed=4, **changes):
     return system, system.at_modes(y, modes), evaluated(system, model, y, list(modes.values())), y
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("drive", ["motor", "speed"])
 @pytest.mark.parametrize("joints", ARRANGEMENTS)
 def test_motion_forces_and_energies(joints, drive):

@@ -61,6 +61,7 @@ CASES = [  # joints with play, parts, what bends
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("joints", "parts", "soft"), CASES)
 def test_forces_of_a_four_bar_are_slopes_of_the_energy(joints, parts, soft):
     if soft:

@@ -71,6 +71,7 @@ RESULTS = {
 }
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "kind", [k if k != "curve" else pytest.param(k, marks=pytest.mark.nightly) for k in RESULTS]
 )

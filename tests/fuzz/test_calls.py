@@ -26,6 +26,7 @@ def test_every_entry_of_the_catalog_is_made(name):
     assert fault(name, found(name)[0], [], CALLS[name]) == (None, "answered")
 
 
+@pytest.mark.long
 def test_a_hundred_drawn_calls():
     """Of those that compile nothing of their own."""
     numbers = (number for number in range(1000) if drawn(number, 3)[0] not in SLOW)

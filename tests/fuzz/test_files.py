@@ -72,6 +72,7 @@ def test_a_text_with_characters_changed(text, data, tmp_path_factory):
     said(written(tmp_path_factory.getbasetemp(), changed))
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(seed=SEEDS)
 def test_a_study_with_its_tables_changed(seed, tmp_path_factory):

@@ -313,6 +313,7 @@ def attacked(kept, tmp_path, numbers):
         shutil.rmtree(out)
 
 
+@pytest.mark.long
 def test_damaged_journals_never_run_code_nor_give_a_wrong_number(kept, tmp_path):
     attacked(kept, tmp_path, range(24))
 

@@ -242,6 +242,7 @@ CALLS = {  # works that each hands out
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CALLS)
 def test_all_cells_of_a_call_go_to_as_many_workers_as_it_asks_for(name, monkeypatch):
     asked, in_memory = [], cells.in_memory
@@ -263,6 +264,7 @@ def test_each_kind_with_cells_inside_is_called_so():
     }
 
 
+@pytest.mark.long
 def test_varied_analyses_keep_theirs_to_themselves(tmp_path):
     text = PLANE + "\n[vary]\ngap = [3.0, 3.2]\n"
     found = kept(text, tmp_path, jobs=2)

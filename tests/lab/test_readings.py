@@ -24,6 +24,7 @@ def table():
     return readings(panels=("b", "c"), readings=("as_printed", "no_tension", "diametral_clearance"), **SHORT)
 
 
+@pytest.mark.long
 def test_every_variable_says_what_it_is(table):
     assert table.sizes == {"panel": 2, "reading": 3, "point": 200}
     assert table.clearance.values.tolist() == [2.9e-5, 2.9e-4]
@@ -112,6 +113,7 @@ def test_start_up_drops_nothing():
     assert float(later.contact_fraction) == 1
 
 
+@pytest.mark.long
 def test_coarse_steps_smear_a_point_and_nothing_more():
     found = coarse(PRINTED, turns=12, transient=12, tolerance=1e-4, growth_turns=40)
     spread = np.ptp(found["points"], axis=0).max()
@@ -150,6 +152,7 @@ def test_out_of_steps_is_a_status():
     assert STATUS[int(found.cell_status[0, 0])] == "step_limit"
 
 
+@pytest.mark.long
 def test_one_worker_or_two():
     """Bit for bit."""
     one, two = (

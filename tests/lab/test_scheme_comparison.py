@@ -19,6 +19,7 @@ def ideal():
     return jp.scheme_comparison(ELASTIC, clearance=0.0, start_turn=[0, 3], windows_per_turn=1, **SHORT)
 
 
+@pytest.mark.long
 def test_errors_fall_with_the_passes_to_that_of_the_step(ideal):
     first = ideal.isel(case=0, windows_per_turn=0)
     assert ideal.status == 0
@@ -132,6 +133,7 @@ def test_everything_wrong_is_told_at_once():
     assert sorted(keys) == sorted(["mechanism.elastic", *names.split()])
 
 
+@pytest.mark.long
 def test_a_step_too_large_for_any_case_is_refused():
     with pytest.raises(jp.InputError, match=r"steps\[0\]: got 0\.0001; at most 5\.89e-05 s"):
         jp.scheme_comparison(ELASTIC, steps=[1e-4, 1e-5])

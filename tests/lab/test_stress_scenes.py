@@ -81,6 +81,7 @@ def cases():
     return [draw(PRINTED, k, seed=1) for k in range(CORNERS, CORNERS + 300)]
 
 
+@pytest.mark.long
 def test_random_scenes_fill_their_ranges(cases):
     joints = [case.mechanism.joint("B") for case in cases]
     for values, span in (
@@ -131,6 +132,7 @@ def test_change_points_lie_at_both_ends_of_the_grounds_range(cases):
     assert 0.3 < np.mean(ends) < 0.7
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("variant", ROWS)
 def test_other_laws_and_mechanisms_are_drawn_and_written_down(variant):
     """Of few compiled structures, but for the laws' names; their study lines hold the whole scene."""
@@ -155,6 +157,7 @@ def all_sorts():
     return [draw(PRINTED, k, 0, tuple(VARIANTS)) for k in range(CORNERS, CORNERS + 500)]
 
 
+@pytest.mark.nightly
 def test_a_series_of_all_variants_has_every_law_and_every_kind_of_joint_drive_and_load(all_sorts):
     cases, loose = all_sorts, [joint for case in all_sorts for joint in case.mechanism.clearance_joints]
     assert {joint.contact.law for joint in loose} == {*EQUATIONS}
@@ -180,6 +183,7 @@ def test_every_pair_of_laws_is_as_frequent_as_any_other(all_sorts):
         assert found[law] / 500 == pytest.approx(share, abs=4 * math.sqrt(share / 500))
 
 
+@pytest.mark.long
 def test_nothing_starts_deep_where_the_law_has_no_depth():
     cases = [draw(PRINTED, k, 5, ("laws",)) for k in range(CORNERS, CORNERS + 200)]
     for case in cases:

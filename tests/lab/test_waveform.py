@@ -31,6 +31,7 @@ def ideal():
     return [jp.waveform(IDEAL, turns=2, step=step, passes=40, tolerance=1e-10) for step in (1e-5, 5e-6)]
 
 
+@pytest.mark.long
 def test_with_ideal_joints_whole_turns_converge_to_the_monolithic_answer(ideal):
     coarse, fine = (error(IDEAL, each) for each in ideal)
     assert fine < 1e-4
@@ -105,6 +106,7 @@ def rubbing(**friction):
     return LOOSE.model_copy(update={"joints": tuple(joints)})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("mechanism", "angle", "turn", "duration"),
     [

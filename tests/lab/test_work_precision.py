@@ -56,6 +56,7 @@ def compared():
     return jp.work_precision(LINKAGE, peers=PEERS, **TOUCHING)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("mode", [FREE, SLIP_NEGATIVE, STICK])
 def test_the_jacobian_is_the_derivative_of_the_rates(mode):
     equations, t, y = touching(mode)
@@ -69,6 +70,7 @@ def test_the_jacobian_is_the_derivative_of_the_rates(mode):
         assert J[:, k] == pytest.approx(found, rel=1e-5, abs=1e-6 * np.abs(J).max())
 
 
+@pytest.mark.long
 def test_differences_by_lanes_are_the_jacobian():
     equations, t, y = touching()
     away = 1e-7 * equations.model.absolute

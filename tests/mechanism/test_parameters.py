@@ -72,6 +72,7 @@ def checked_study(name, table=(), vary=()):
     )
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", PRESETS)
 def test_each_can_be_replaced_and_varied(name):
     mechanism, alone = preset(name), []
@@ -150,6 +151,7 @@ def test_numbers_of_laws_have_the_bounds_that_their_laws_say(law):
         assert near(one) is not None
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", PRESETS)
 def test_each_has_the_derivative_of_its_numbers_or_none(name):
     mechanism, found = preset(name), []

@@ -72,6 +72,7 @@ def test_free_decay_by_damping_ratio():
     assert x == pytest.approx(exact, abs=1e-12)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("tau", [0.1, 3.0, 77.0, 1e4])
 def test_an_undamped_mode_neither_grows_nor_decays(tau):
     omega, h = tau / 1e-3, 1e-3

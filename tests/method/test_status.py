@@ -77,6 +77,7 @@ def test_a_motion_without_bound_diverges(a, state):
     assert found.status == DIVERGED
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("stiffness", "turns", "attempts"),
     [(1e10, 1.0, 20_000), (1e14, 0.25, 20_000), (1e20, 1.0, 3_000), (1e50, 1.0, 20_000)],

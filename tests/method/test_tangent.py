@@ -115,11 +115,12 @@ def smoothed():
     return jp.Mechanism(**dict(plain) | {"joints": joints})
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_tangent_map_with_smoothed_friction():
     compare(smoothed(), 1.0, NEAR, ENTRY, True)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.long) if name in LONG else name for name in CASES]
 )

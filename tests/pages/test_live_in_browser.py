@@ -59,6 +59,7 @@ def exponent(verdict):
     return float(found[1].replace("−", "-")), float(found[2])
 
 
+@pytest.mark.nightly
 def test_a_motion_is_followed_drawn_and_judged_by_the_stated_rules(chromium, page):
     opened(chromium, page)
     verdict = said(chromium, "The motion repeats every turn")
@@ -73,6 +74,7 @@ def test_a_motion_is_followed_drawn_and_judged_by_the_stated_rules(chromium, pag
     assert page.stat().st_size < 1.5e6
 
 
+@pytest.mark.long
 def test_periods_and_chaos_are_told_apart(chromium, page):
     opened(chromium, page, "#live=gear_ratio:3.2")
     said(chromium, "The motion repeats every 2 turns")
@@ -83,6 +85,7 @@ def test_periods_and_chaos_are_told_apart(chromium, page):
     assert complaints(chromium) == []
 
 
+@pytest.mark.long
 def test_sliders_work_by_keys_and_stand_in_the_address(chromium, page):
     opened(chromium, page)
     until(chromium, f"{SETTLED}100")
@@ -111,6 +114,7 @@ def test_what_is_refused_is_told_and_not_taken(chromium, page):
     assert "gear_ratio" not in text(chromium, "live-command")
 
 
+@pytest.mark.long
 def test_what_cannot_be_moved_or_not_further_says_why(chromium, page):
     opened(chromium, page)
     until(chromium, f"{SETTLED}100")
@@ -125,6 +129,7 @@ def test_what_cannot_be_moved_or_not_further_says_why(chromium, page):
         assert text(chromium, "live-gear_ratio-refused") == ""
 
 
+@pytest.mark.long
 def test_numerical_trouble_is_said_and_mended_by_other_values(chromium, page):
     opened(chromium, page, "#live=damping.B:800")
     assert said(chromium, "Stopped", 0) == "Stopped: not converged."
@@ -133,6 +138,7 @@ def test_numerical_trouble_is_said_and_mended_by_other_values(chromium, page):
     assert complaints(chromium) == []
 
 
+@pytest.mark.long
 def test_the_study_and_command_give_the_mechanism_that_is_shown(chromium, page, tmp_path):
     opened(chromium, page, "#live=clearance.B:0.0001 damping.B:250")
     until(chromium, f"{SETTLED}100")
@@ -144,6 +150,7 @@ def test_the_study_and_command_give_the_mechanism_that_is_shown(chromium, page, 
     assert given == linkage().replace(**wanted)
 
 
+@pytest.mark.nightly
 def test_a_diagram_is_computed_clicked_in_and_refined(chromium, page):
     from selenium.webdriver.common.action_chains import ActionChains
 
@@ -174,6 +181,7 @@ def test_a_diagram_is_computed_clicked_in_and_refined(chromium, page):
     assert complaints(chromium) == []
 
 
+@pytest.mark.long
 def test_force_and_impact_speed_are_drawn_over_the_slider(chromium, page):
     """Contact begins at 100 s times the clearance: gently below it, hard above."""
     opened(chromium, page, "#scan=16+300+clearance.B+0.00001+0.001")
@@ -196,6 +204,7 @@ def test_force_and_impact_speed_are_drawn_over_the_slider(chromium, page):
     assert complaints(chromium) == []
 
 
+@pytest.mark.long
 def test_the_verdict_of_an_assessment_s_page_moves_with_the_slider(chromium, with_fake, tmp_path):
     path, _ = jp.report(assessment(), tmp_path / "assessed.html", mechanism=linkage())
     opened(chromium, path)
@@ -212,6 +221,7 @@ def test_the_verdict_of_an_assessment_s_page_moves_with_the_slider(chromium, wit
     assert complaints(chromium) == []
 
 
+@pytest.mark.long
 def test_a_map_shows_the_periods_over_two_sliders(chromium, page):
     opened(chromium, page, "#scan=16+300+gear_ratio+2.6+3.6+damping.B+0+1000")
     until(chromium, "return document.getElementById('scan-said').textContent.startsWith('256 of 256')")
@@ -236,6 +246,7 @@ def test_a_map_shows_the_periods_over_two_sliders(chromium, page):
     assert complaints(chromium) == []
 
 
+@pytest.mark.nightly
 def test_a_diagram_is_the_same_on_any_number_of_processors(chromium, page):
     """The motion of this range is chaotic: other stretches would have other points."""
     pictures = set()
@@ -268,6 +279,7 @@ def test_a_diagram_can_be_stopped(chromium, page):
     assert text(chromium, "scan-said") == before
 
 
+@pytest.mark.long
 def test_play_is_slow_through_an_impact(chromium, page):
     opened(chromium, page)
     until(chromium, f"{SETTLED}100")
@@ -313,6 +325,7 @@ def test_a_phone_shows_it_without_scrolling_sideways(chromium, page):
         chromium.set_window_size(size["width"], size["height"])
 
 
+@pytest.mark.long
 def test_a_click_in_a_stored_diagram_leads_the_sliders_there(chromium, with_fake, tmp_path):
     path, _ = jp.report(diagram(), tmp_path / "sweep.html", mechanism=linkage())
     opened(chromium, path)
@@ -327,6 +340,7 @@ def test_a_click_in_a_stored_diagram_leads_the_sliders_there(chromium, with_fake
     assert complaints(chromium) == []
 
 
+@pytest.mark.long
 def test_a_clicked_point_shows_force_and_path_from_its_stored_state(chromium, with_fake, tmp_path):
     stored = diagram()
     last = np.linspace(0.2, 0.6, stored["period"].size).reshape(stored["period"].shape)
@@ -352,6 +366,7 @@ def test_a_clicked_point_shows_force_and_path_from_its_stored_state(chromium, wi
     assert complaints(chromium) == []
 
 
+@pytest.mark.long
 def test_a_point_beyond_the_sliders_is_said_not_to_be_computed(chromium, with_fake, tmp_path):
     far = diagram().assign_coords(clearance=100 * diagram()["clearance"])
     path, _ = jp.report(far, tmp_path / "far.html", mechanism=linkage())

@@ -31,6 +31,7 @@ def page(tmp_path_factory):
     return jp.report(diagram(), tmp_path_factory.mktemp("pages") / "sweep.html")[0]
 
 
+@pytest.mark.long
 def test_a_page_of_others_text_opens_from_a_file_without_a_word(chromium, page):
     opened(chromium, page)
     assert complaints(chromium) == []
@@ -97,6 +98,7 @@ def test_a_dragged_part_is_looked_at_and_stands_in_the_address(chromium, page):
     assert complaints(chromium) == []
 
 
+@pytest.mark.long
 def test_places_on_an_axis_of_another_scale_lie_between_its_values(chromium, tmp_path):
     dataset, _ = PICTURES["lyapunov"]()
     opened(chromium, jp.report(dataset, tmp_path / "exponents.html")[0])
@@ -124,7 +126,7 @@ def test_dark_and_light(chromium, page):
     assert "invert" in chromium.execute_script(look)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_mechanism_moves_where_its_angles_say(chromium, tmp_path):
     path, _ = jp.report(
         turning(), tmp_path / "motion.html", mechanism=jp.catalog.chunmei2002(clearance=2.9e-4)
@@ -152,6 +154,7 @@ def test_the_mechanism_moves_where_its_angles_say(chromium, tmp_path):
     assert complaints(chromium) == []
 
 
+@pytest.mark.long
 def test_a_hundred_thousand_points_are_an_image_in_a_small_page(chromium, tmp_path):
     path, _ = jp.report(section(100_000), tmp_path / "points.html")
     assert path.stat().st_size < 2e6

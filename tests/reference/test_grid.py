@@ -37,10 +37,10 @@ LEFT = {"separation", "impact"}
 
 
 def marked(cell):
-    """A cell of the default tests, or a long one; most of rigid guides, long to compile, are nightly."""
+    """A cell of the default tests, a long one of the plainest two laws, or a nightly one."""
     place, laws, elastic = cell
     name = "-".join([place, *laws, "elastic" if elastic else "rigid"])
-    often = elastic or place != "guide" or laws[0] in ("kelvin_voigt", "restitution")
+    often = not elastic and laws[0] in ("kelvin_voigt", "restitution")
     long = pytest.mark.long if often else pytest.mark.nightly
     return pytest.param(*cell, id=name, marks=[] if cell in QUICK else long)
 

@@ -243,6 +243,7 @@ def sorts(name):
     return scenes, request
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [pytest.param(each, marks=[] if each in OFTEN else pytest.mark.nightly) for each in SYSTEMS]
 )

@@ -46,7 +46,7 @@ def test_the_moment_of_every_guide(name):
         assert np.abs(found.reaction_moment.sel(pin=guide).values - mine).max() < 1e-9 * size
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "name", [pytest.param(x, marks=pytest.mark.nightly) if x in DEAR else x for x in PRESETS]
 )

@@ -61,6 +61,7 @@ def same_motion(found, system, states, solved, tolerance):
         agree(found[word].values, mine, tolerance, word)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("changes", [{"gear_ratio": 3.0}, {"speed": -60.0, "branch": "lower"}], ids=str)
 def test_the_mechanism_without_play(changes):
     """A third of a turn: motion, forces at all four joints, and the torque."""
@@ -77,6 +78,7 @@ def test_the_mechanism_without_play(changes):
     agree(found.drive_torque, torque, 1e-8, "drive_torque")
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("tension", "smooth", "last"),
     [(True, None, "contact"), (False, GENTLE, "separation"), (False, SMOOTH, "reload")],

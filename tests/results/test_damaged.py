@@ -27,6 +27,7 @@ analysis = { turns = 1 }
 MANY = pytest.param(2000, marks=[pytest.mark.nightly, pytest.mark.timeout(7200)])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("files", [20, MANY])
 def test_no_damaged_file_ends_in_a_traceback(files):
     counts, wrong = damage.run(files, seed=files)

@@ -77,6 +77,7 @@ def events(motion):
     ]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", NAMES)
 def test_two_turns_are_the_compiled_ones(name, tmp_path):
     mechanism = SCENES[name]()
@@ -110,6 +111,7 @@ return solver.run(3, { samples: 3 * 1024, extremes: true }).largest;
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["sticking", *map(long, ("C", "slow", "two joints"))])
 def test_largest_forces_and_impact_speeds_are_those_of_the_program(name, tmp_path):
     """As pages look for them, against samples sixteen times as dense, which meet events by the way."""
@@ -139,7 +141,7 @@ return (solver.run(64, { tangent: true }).exponent.sum - before) / 64;
 """
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "mechanism",
     [
@@ -173,6 +175,7 @@ SLOPED = {"clearance.G": 5e-5, "length.crank": 0.06, "length.rod": 0.14, "mass.r
 BENT = {"clearance.B": 1e-4, "length.crank": 0.028, "length.coupler": 0.19, "mass.coupler": 0.2}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "values"),
     [
@@ -209,6 +212,7 @@ return { refused, together, after, rocker: solver.along("rocker", 0.1175) };
 """
 
 
+@pytest.mark.long
 def test_what_is_refused_is_told_in_words(tmp_path):
     script = solver(SCENES["C"](), rtol=RTOL, section=jp.CrankAngle())
     found = ran(script.text, script.data, REFUSED, tmp_path)
@@ -223,6 +227,7 @@ def test_what_is_refused_is_told_in_words(tmp_path):
     assert found["rocker"] == 0.06
 
 
+@pytest.mark.long
 def test_sliders_of_a_drawing_move_one_number_each():
     """Stiffness follows the clearance by no form that a page could have: there it stays, as masses do."""
     base = jp.catalog.slider_crank()
@@ -234,6 +239,7 @@ def test_sliders_of_a_drawing_move_one_number_each():
     assert {"clearance.B", "mass.rod", "inertia.rod"} <= {each["key"] for each in data["parameters"]}
 
 
+@pytest.mark.long
 def test_lengths_end_where_the_crank_can_no_longer_turn():
     """Grashof: the crank is the shortest, and with the longest no longer than the other two together."""
     given = {each["key"]: each for each in solver(SCENES["C"]()).data["parameters"]}
@@ -263,6 +269,7 @@ def test_a_text_is_translated_once_for_a_structure(monkeypatch):
         solver_text(structure, ("angle:rocker",))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["C", pytest.param("slider-crank", marks=pytest.mark.long)])
 def test_places_of_links_are_those_of_the_package(name, tmp_path):
     mechanism = SCENES[name]()
@@ -296,7 +303,7 @@ return blocks;
 """
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_exponent_is_the_compiled_one_within_errors(tmp_path):
     script = solver(SCENES["C"]())
     blocks = np.array(ran(script.text, script.data, TANGENT, tmp_path))
@@ -328,6 +335,7 @@ return { state, pieces, later, calls, done, events: on.events.length, section };
 """
 
 
+@pytest.mark.long
 def test_a_run_goes_on_after_its_budget_and_from_a_given_state(tmp_path):
     script = solver(SCENES["C"](), section=jp.CrankAngle())
     found = ran(script.text, script.data, STAYS, tmp_path)
@@ -338,6 +346,7 @@ def test_a_run_goes_on_after_its_budget_and_from_a_given_state(tmp_path):
     assert len(found["section"]) == 1  # the crank passes its angle once in a turn, from wherever it begins
 
 
+@pytest.mark.long
 def test_equations_without_a_translation_are_refused_as_input(monkeypatch):
     def none(*_):
         raise RefusedError("structure.py:7 in rate: the function gamma is not in the subset")

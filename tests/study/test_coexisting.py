@@ -65,6 +65,7 @@ def test_a_killed_study_goes_on_and_a_value_more_runs_alone(tmp_path, monkeypatc
     assert 0 < len(more) < len(cells)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", some(KINDS))
 def test_parts_make_the_whole(kind, tmp_path):
     for number in (1, 2):
@@ -85,6 +86,7 @@ def test_neither_workers_nor_the_order_of_cells_and_parts_show(kind, tmp_path, m
     assert same(ran(loaded(KINDS[kind]), tmp_path, jobs=2), whole)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", some(["covariant", "tipping"]))
 def test_a_kill_between_two_cells_costs_neither(kind, tmp_path, monkeypatch):
     monkeypatch.setattr(worker, "BATCH", 0.0)

@@ -41,6 +41,7 @@ def lines(table, above=""):
             yield f"{above}{key} = {json.dumps(value)}"
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("kind", "system"),
     [

@@ -22,6 +22,7 @@ def study(tmp_path):
     return path
 
 
+@pytest.mark.long
 def test_a_run_draws_the_usual_number_of_each_cell_and_says_which(study, tmp_path, capsys):
     code, words = said(capsys, "run", study, "--out", tmp_path, "--jobs", 1)
     assert code == 0

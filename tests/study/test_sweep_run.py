@@ -95,6 +95,7 @@ def test_the_order_of_cells_and_parts_does_not_show(name, whole, tmp_path, monke
     assert same(ran(loaded(STUDIES[name]), tmp_path), whole[name])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", STUDIES)
 @pytest.mark.parametrize("moment", ["begin 1", "put 1", "put 3", "put 5", "rename", "result", "compact"])
 def test_a_killed_run_goes_on_where_it_was(name, moment, whole, tmp_path, monkeypatch, log):
@@ -275,10 +276,12 @@ def test_parts_put_together_are_the_whole(name, whole, tmp_path, capsys):
         assert cli.main(["run", *words, "--part", share]) == 2
 
 
+@pytest.mark.long
 def test_without_a_folder_a_study_gives_the_same(whole):
     assert same(run(loaded(CELLS)), whole["cells"])
 
 
+@pytest.mark.long
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_ctrl_c_stops_soon_and_says_how_to_go_on(tmp_path):
     path = tmp_path / "cells.toml"
@@ -336,6 +339,7 @@ record = ["normal_force", "mode", "angle"]
         assert stored["cell_status"].attrs["flag_meanings"].startswith("ok ")
 
 
+@pytest.mark.long
 def test_a_journal_of_other_code_is_refused_by_the_command(tmp_path, capsys, monkeypatch):
     path = tmp_path / "cells.toml"
     path.write_text(CELLS)
@@ -376,6 +380,7 @@ def test_a_result_says_enough_to_run_it_again(name, whole, tmp_path):
     assert cli.main(["run", str(tmp_path / "none.nc")]) == 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("path", sorted(SHIPPED.rglob("*.toml")), ids=lambda path: path.stem)
 def test_the_stored_study_is_the_study(path):
     record = load(path).record

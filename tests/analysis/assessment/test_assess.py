@@ -58,6 +58,7 @@ def test_values_reach_from_the_present_one_in_even_steps_no_longer_than_asked(wa
     assert 1.009 < ratios[0] <= 1.01
 
 
+@pytest.mark.long
 def test_the_edge_of_contact_is_where_the_separation_ends():
     """Against motions at a tighter tolerance a thousandth beside it."""
     found, limit = one_side(LOOSE.replace(clearance=2.35e-5), "joints.B.clearance", "below", 1.06)
@@ -87,6 +88,7 @@ def test_the_edge_of_period_1_is_where_the_multiplier_is_minus_1():
         assert float(orbit["floquet_multiplier"][0, 0]) == pytest.approx(-1.0, abs=0.005)
 
 
+@pytest.mark.long
 def test_a_window_narrower_than_a_step_is_met():
     """Doubled from 26.659 down to 26.63 µm, a tenth of a percent: no edge, but a window."""
     slow = LOOSE.replace(gear_ratio=15.0, clearance=2.6737e-5)
@@ -174,6 +176,7 @@ def test_a_motion_that_takes_long_to_settle_has_kept_its_period():
     assert np.isnan(found["doubling"][0])
 
 
+@pytest.mark.long
 def test_a_chaotic_motion_stays_so_as_it_is_carried_on():
     """Beside 0.29 mm, where the motion is chaotic, there is no edge within a percent."""
     found, limit = one_side(LOOSE.replace(clearance=2.9e-4), "joints.B.clearance", "above", 1.01, 0.01)
@@ -201,6 +204,7 @@ def test_forces_and_losses_are_those_of_other_runs():
     )
 
 
+@pytest.mark.nightly
 def test_a_rigid_bearing_is_hit_and_its_largest_forces_are_narrow():
     """Against the list of events, and forces at 524 288 even times of a turn."""
     rigid = unshown.TEN["rigid slider"]()

@@ -429,7 +429,7 @@ def test_what_is_told_of_linkages_that_no_page_shows_is_so_in_direct_runs(name, 
     assert [row for row in tell(TEN[name](), assessed(name)) if not row[-1]] == []
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_so_it_is_of_one_of_them_and_its_first_edge():
     linkage = TEN["rattling crank-rocker"]()
     found = jp.assess(linkage, along=["joints.B.clearance"], reach=1.13, budget=1e6, n_jobs=1)

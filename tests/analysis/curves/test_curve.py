@@ -99,6 +99,7 @@ def test_multipliers_on_the_curves(pair, ball):
         assert np.max(np.min(np.abs(pairs - value), axis=1)) < 1e-5
 
 
+@pytest.mark.nightly
 def test_kinds_that_are_asked_for_and_a_limit(branches):
     plane = {"acceleration": (1.0, 1.7), "restitution": (0.45, 0.55)}
     given = {"of": "period_doubling", "max_points": 12, "step": 0.02}
@@ -157,6 +158,7 @@ def test_one_special_point_by_its_label(branches):
         jp.curve(BALL, plane=plane, branches=branches, max_branches=2)
 
 
+@pytest.mark.nightly
 def test_curves_start_on_the_branches_that_leave():
     """The ball's doubled motion doubles once more."""
     plane = {"acceleration": (1.0, 1.75), "restitution": (0.45, 0.55)}

@@ -50,7 +50,7 @@ def test_the_gears_lose_contact():
     assert slopes == pytest.approx((limit(at + h) - limit(at - h)) / (2 * h), rel=1e-6)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_grazing_starts_from_a_branch_whose_points_beside_it_are_on_one_side():
     """Found again on another section, an orbit a hair beside a grazing may have the event or not."""
     branches = jp.continuation(

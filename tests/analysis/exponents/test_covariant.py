@@ -41,6 +41,7 @@ def pair():
     return system, jp.covariant(system, **run)
 
 
+@pytest.mark.long
 def test_tangent_maps_carry_the_vectors_through_impacts(pair):
     """Over whole periods, each with impacts, by maps of another tolerance that know nothing of frames."""
     system, found = pair
@@ -99,6 +100,7 @@ def test_angles_are_those_of_the_vectors(pair):
     assert list(found["part"].values) == ["y", "v"]
 
 
+@pytest.mark.long
 def test_lorenz_s_neutral_vector_is_his_motion():
     """The rate of the state; exponents as published, whose sum is the divergence."""
     found = jp.covariant(catalog.lorenz(), turns=60, settling=20)
@@ -159,6 +161,7 @@ def test_a_journal_alone_is_play_and_both_add_up():
     assert np.all(scale > 0)
 
 
+@pytest.mark.long
 def test_parts_of_an_elastic_linkage():
     elastic = Participation(assemble(catalog.chunmei2002(**LOOSE, elastic=["coupler"], elements=2)))
     assert elastic.parts == ("crank", "play B", "bending")

@@ -39,6 +39,7 @@ def agrees(system, period, exponent, error, **options):
     assert float(found.growth_rate) == pytest.approx(float(found.growth) / period, rel=1e-9)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", CHAOTIC)
 def test_chaotic_motions(name):
     agrees(*CHAOTIC[name], turns=500, transient=100)
@@ -50,6 +51,7 @@ def test_chaotic_motions_to_a_percent(name):
     agrees(*CHAOTIC[name], turns=20_000, transient=100)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PERIODIC)
 def test_periodic_motions(name):
     """Neighbours approach a limit: what is left is the first and the last length over the number of turns."""
@@ -59,6 +61,7 @@ def test_periodic_motions(name):
     assert float(found.growth) < -3 * float(found.growth_standard_error)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("frequency", "turns"), [(0.8, 2), (1.0, 4)])
 def test_multiplier_of_a_periodic_motion_of_the_gear_pair(frequency, turns):
     """Against differences of the exact motion, linear between the edges of the backlash."""
@@ -99,6 +102,7 @@ def test_a_periodic_motion_of_the_linkage():
     assert float(found.growth) < -1
 
 
+@pytest.mark.long
 def test_a_prescribed_speed_has_no_crank_in_its_state():
     mechanism, turn = linkage(gear_ratio=15.0)
     mechanism = mechanism.replace(speed=80.0)
@@ -126,6 +130,7 @@ def test_a_backward_crank():
     assert STATUS[int(found.status)] == "ok"
 
 
+@pytest.mark.long
 def test_the_distance_does_not_matter():
     mechanism, _ = linkage()
     values = [float(growth(mechanism, turns=40, transient=30, distance=d).growth) for d in (1e-6, 1e-7, 1e-8)]

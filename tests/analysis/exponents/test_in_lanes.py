@@ -68,7 +68,7 @@ OTHERS = {
 }
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "name", [pytest.param(x, marks=pytest.mark.nightly) if x == "guide" else x for x in OTHERS]
 )

@@ -48,6 +48,7 @@ def within(system, keywords, known, error):
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CHAOS)
 def test_chaos(name):
     found = within(*CHAOS[name])

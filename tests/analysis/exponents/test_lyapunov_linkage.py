@@ -17,6 +17,7 @@ CASES = {
 }
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("case", CASES)
 def test_one_exponent_is_zero(case):
     """The motor does not know the time: exactly one."""
@@ -114,6 +115,7 @@ COURSES = {
 }
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", COURSES)
 def test_of_a_course_over_time_there_are_no_exponents_but_what_one_long_run_tells(kind):
     """As the page of study files says."""

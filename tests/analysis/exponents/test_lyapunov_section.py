@@ -75,7 +75,7 @@ def test_map_and_flow_of_a_forced_system():
     assert logs / turns == pytest.approx(flow.lyapunov_exponent_per_turn.values, rel=1e-6)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_map_and_flow_of_the_chaotic_linkage():
     """Crank angle 0 as the section: its map has the flow's exponents times the turn, without the zero."""
     mechanism, turns = catalog.chunmei2002(**LOOSE), 400
@@ -116,6 +116,7 @@ def test_multipliers_of_a_periodic_motion(changes):
         assert values == pytest.approx(np.log(section[:count]), rel=3e-3, abs=2e-4)
 
 
+@pytest.mark.long
 def test_both_estimates_of_the_chaotic_linkage():
     """Tangents with saltation, and twins without any Jacobian: within three combined standard errors."""
     found = jp.lyapunov(catalog.chunmei2002(**LOOSE), exponents=2, turns=500, transient=20, twin_turns=200)
@@ -128,6 +129,7 @@ def test_both_estimates_of_the_chaotic_linkage():
     assert abs(float(found.lyapunov_exponent[1])) < 0.05  # the one that is zero
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "angle", [0.0, *(pytest.param(a, marks=pytest.mark.nightly) for a in (1.0, 2.0, 3.0))]
 )
@@ -142,6 +144,7 @@ def test_both_estimates_where_a_journal_comes_to_rest_at_once(angle):
     assert float(found.growth) > 2
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("system", "keywords"),
     [

@@ -59,6 +59,7 @@ def interpreted(tmp_path_factory):
     return json.loads(done.stdout)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", driven.SCENES)
 def test_differences(interpreted, name):
     error, events = interpreted[name]
@@ -66,16 +67,19 @@ def test_differences(interpreted, name):
     assert events >= 2
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", driven.MAPS)
 def test_section_maps(interpreted, name):
     assert interpreted[name] < 1e-9
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", driven.EXACT)
 def test_closed_forms(interpreted, name):
     assert interpreted[name] < 1e-10
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", driven.ASKED)
 def test_what_gradient_gives(interpreted, name):
     """Largest values within a piece and on either side of an impact, ends, and times."""
@@ -85,6 +89,7 @@ def test_what_gradient_gives(interpreted, name):
     assert VERDICTS[code] == "ok"
 
 
+@pytest.mark.nightly
 def test_a_motion_that_nearly_touches_says_so(interpreted):
     assert [VERDICTS[code] for code in interpreted["touching"]] == ["nearly_touching", "ok"]
 
@@ -199,6 +204,7 @@ def test_corners_that_touch_together():
     assert "same instant" in str(jp.summary(hard))
 
 
+@pytest.mark.long
 def test_a_motion_that_parts_from_its_neighbours_has_its_largest_value_and_no_derivative():
     """Stiff faces: a run at another tolerance has its hardest impact at another time, and misses this one."""
     changes = {"joints.B.contact.stiffness": 1e8, "joints.B.contact.damping": 10.0}

@@ -77,6 +77,7 @@ def test_the_error_that_is_told_is_met(restitution):
     assert abs(derivative - quotient) < 10 * error + 1e-5 * abs(quotient)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [pytest.param(n, marks=[pytest.mark.nightly] * (n in SLOW)) for n in IMPOSED]
 )

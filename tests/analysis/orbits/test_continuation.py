@@ -46,6 +46,7 @@ def impacts(request):
     return r, jp.continuation(system, parameter="gap", range=limits, max_branches=2, **keywords)
 
 
+@pytest.mark.nightly
 def test_limits_of_the_symmetric_motion(impacts):
     r, found = impacts
     assert int(found.status) == 0
@@ -108,6 +109,7 @@ def _sides(x, y, crest):
     return (x[: crest + 1], y[: crest + 1]), (x[crest:][::-1], y[crest:][::-1])
 
 
+@pytest.mark.nightly
 def test_the_bouncing_ball_doubles_its_period():
     a = 0.5
     fold = math.pi * (1 - a) / (1 + a)
@@ -152,6 +154,7 @@ def test_turns_of_an_orbit_keep_their_order():
     assert second["orbit_state"] == pytest.approx(other, abs=1e-9)
 
 
+@pytest.mark.long
 def test_grazing_of_the_gears():
     """The steady oscillation on one flank loses contact where its amplitude reaches the mean deflection."""
     W, zeta, load = 1.6, 0.05, 0.1
@@ -176,6 +179,7 @@ def test_grazing_of_the_gears():
     assert np.all(along(found, 0, "impacts")[amplitudes > limit * (1 + 1e-5)] == 1)
 
 
+@pytest.mark.nightly
 def test_a_branch_ends_where_a_rigid_impact_appears():
     """A period-3 motion of the rattling mass, from the gap 3.6 to where its flight grazes a wall."""
     found = jp.continuation(
@@ -199,6 +203,7 @@ def test_a_branch_ends_where_a_rigid_impact_appears():
     assert np.all(missed[1:] > missed[0])
 
 
+@pytest.mark.nightly
 def test_the_linkage_loses_stability_by_doubling():
     """At gear ratio 3 the period-1 motion doubles first near 0.0421 mm: runs on either side agree."""
     found = jp.continuation(
@@ -221,6 +226,7 @@ def test_the_linkage_loses_stability_by_doubling():
         assert period(run.journal_x.values / clearance, 1e-3) == known
 
 
+@pytest.mark.nightly
 def test_the_linkage_over_the_speed_of_its_drive():
     """The units of the states, which go with the nominal speed, stay those of the first orbit."""
     linkage = catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
@@ -262,6 +268,7 @@ def test_every_variable_says_what_it_is(impacts):
     assert set(lacking) <= {"state"}
 
 
+@pytest.mark.long
 def test_an_orbit_is_continued_from_its_own_answer():
     """An unstable orbit, whose motion leaves it for the doubled one; and that, with its period."""
     mechanism = catalog.chunmei2002(4.65e-5, gear_ratio=3.0)

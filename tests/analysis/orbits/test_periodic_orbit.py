@@ -76,6 +76,7 @@ def test_soft_impacts(tension):
     assert found.lyapunov_exponent.values == pytest.approx(measured.lyapunov_exponent.values, rel=1e-6)
 
 
+@pytest.mark.long
 def test_shortest_orbit_of_lorenz():
     """Period after Viswanath, Physica D 190 (2004) 115: 1.5586522107161747; it is unstable."""
     section = jp.Plane(quantity="z", value=27.0, direction="up")
@@ -129,6 +130,7 @@ def test_whole_turns_of_any_link_do_not_count():
     assert away[4] > 0
 
 
+@pytest.mark.long
 def test_an_unstable_orbit_beside_a_stable_one():
     """Beyond a period doubling: the motion settles to the doubled orbit, Newton's method finds both."""
     mechanism = catalog.chunmei2002(4.65e-5, gear_ratio=3.0)
@@ -209,6 +211,7 @@ def test_a_failed_search_gives_times_from_the_section_asked_for():
     assert failed.orbit_state.values == pytest.approx(found.orbit_state.values, abs=0.02)
 
 
+@pytest.mark.long
 def test_multipliers_of_a_quiet_motion_do_not_hang_on_the_tolerance():
     """The journal stays pressed; neighbours roll to and fro in the bearing, many times within a step."""
     quiet, found = catalog.chunmei2002(clearance=1e-6, friction=0.0, gear_ratio=3.0), []

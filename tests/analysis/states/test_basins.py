@@ -221,6 +221,7 @@ def test_all_failed_is_a_status():
     assert float(found.fraction_none) == 1
 
 
+@pytest.mark.nightly
 def test_workers_do_not_change_the_answer():
     plane = {"y": span(-1.7, 1.7, 10), "v": span(-2.0, 2.0, 10)}
     keywords = {"plane": plane, "turns": 16, "transient": 30, "pairs": 10}
@@ -282,6 +283,7 @@ def test_a_boundary_of_cantors_set_has_its_exponent():
     assert grid_pairs(labels)[-1].differing == 0
 
 
+@pytest.mark.long
 def test_random_pairs_of_cantors_set_have_its_exponent():
     """A plane of Cantor's set times a line, at distances that halve, in all directions."""
     axes = {"x": np.linspace(0.0, 1.0, 60), "y": np.linspace(0.0, 1.0, 60)}

@@ -323,6 +323,7 @@ def test_wrong_keywords(system, options, key):
     assert [problem.key for problem in caught.value.problems] == [key]
 
 
+@pytest.mark.long
 def test_of_two_joints_with_clearance_one_is_to_be_named():
     model = on_section(linkage(), None)
     bearing = model.structure.joints[0]

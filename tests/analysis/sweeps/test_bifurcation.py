@@ -130,6 +130,7 @@ def test_the_last_section_points_are_kept_and_the_end_is_the_last_of_them():
     assert kept.period.values.tolist() == whole.period.values.tolist()
 
 
+@pytest.mark.nightly
 def test_one_worker_or_two_and_blocks_of_any_size(monkeypatch):
     grid = {"restitution": [0.75, 0.8], "gap": np.linspace(0.4, 0.7, 10)}
     options = {

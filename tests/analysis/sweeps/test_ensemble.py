@@ -134,6 +134,7 @@ def hard(number, *variants):
     return assemble(case.mechanism, case.initial)
 
 
+@pytest.mark.nightly
 def test_closest_approaches_are_those_of_one_trajectory():
     scenes = [hard(number, "rigid") for number in (74, 75, 79, 82, 92, 103, 106, 108, 174)]
     asks = [Request(each.period, 1e-7, events=True, misses=True, log_from=-1.0) for each in scenes]
@@ -197,6 +198,7 @@ def test_hard_scenes_lose_no_event(number):
     assert np.abs(found.events[:few, 2] - truth.events[:few, 2]).max() < 1e-3 * each.period
 
 
+@pytest.mark.long
 def test_structures_do_not_mix():
     scenes = [model(3e-5, 3.0, 0.1), model(3e-5, 3.0, 0.0), model(4e-5, 3.0, 0.1)]
     assert scenes[0].structure != scenes[1].structure

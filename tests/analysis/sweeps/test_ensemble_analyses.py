@@ -58,6 +58,7 @@ def test_a_sweep_in_lanes_is_that_one_by_one():
     assert np.isfinite(found.smallest_impact_speed).any()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("exponents", [0, 1])
 def test_what_lanes_cannot_finish_goes_on_by_itself(monkeypatch, exponents):
     def failing(name):
@@ -95,6 +96,7 @@ def test_places_of_a_map_where_the_iteration_is_hard(gear, clearance):
     assert not jp.bifurcation(each, over=over, n_jobs=1, ensemble=True, **how).cell_status.any()
 
 
+@pytest.mark.long
 def test_periods_are_found_at_a_loose_tolerance():
     """What counts as one section point grows with rtol: period 1 is found at any."""
     each, over = catalog.chunmei2002(gear_ratio=18.0), {"clearance": np.geomspace(1e-4, 4e-4, 4)}
@@ -107,6 +109,7 @@ def test_periods_are_found_at_a_loose_tolerance():
     assert found.period.values.max() == 1
 
 
+@pytest.mark.long
 def test_a_point_of_a_sweep_does_not_depend_on_the_others(monkeypatch):
     each = catalog.chunmei2002(gear_ratio=3.0)
     keywords = SWEEP | {"ensemble": True, "exponents": 1, "lyapunov_turns": 5}

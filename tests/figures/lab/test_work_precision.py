@@ -45,6 +45,7 @@ def test_errors_are_drawn_over_time_and_over_evaluations():
     assert evaluations.lines[2].get_xdata().size == 0  # a solver without evaluations
 
 
+@pytest.mark.long
 def test_runs_with_other_events_stand_apart():
     figure = figures.draw(works())
     line, hollow = figure.axes[0].lines[2:4]
@@ -55,6 +56,7 @@ def test_runs_with_other_events_stand_apart():
     assert names == ["jointplay", "heyoka", "other events or end"]
 
 
+@pytest.mark.long
 def test_what_is_not_known_is_shaded_and_said():
     panel = figures.draw(works()).axes[0]
     (band,) = panel.patches

@@ -60,6 +60,7 @@ def test_frames_are_even_sized_and_differ(shown):
     assert np.mean(first != last) < np.mean(first != pictures[1])  # after a turn the linkage is back
 
 
+@pytest.mark.long
 def test_a_film_has_the_frames_of_its_length(motion, tmp_path):
     from imageio_ffmpeg import count_frames_and_secs
 
@@ -148,6 +149,7 @@ def moved(request):
     return jp.simulate(mechanism, turns=turns, rtol=1e-6, samples_per_turn=360)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "moved",
     [name if name == "four-bar" else pytest.param(name, marks=pytest.mark.nightly) for name in MOTIONS],
@@ -164,6 +166,7 @@ def test_a_film_by_default_is_small_and_tells_its_size_before(moved, tmp_path, c
     assert float(told[1]) * 1e6 == pytest.approx(size, rel=0.5)
 
 
+@pytest.mark.nightly
 def test_labels_of_a_sheet_stand_apart_and_nothing_is_warned_of(moved):
     mechanism = animate._mechanism(moved)
     with warnings.catch_warnings():
@@ -214,6 +217,7 @@ def test_a_result_that_names_no_mechanism_needs_it(motion, tmp_path):
     assert jp.animate(data, tmp_path / "m.png", mechanism=mechanism, frames=2).exists()
 
 
+@pytest.mark.long
 def test_the_command_makes_a_film_of_a_stored_motion(motion, tmp_path, capsys):
     stored, out = tmp_path / "m.nc", tmp_path / "m.gif"
     motion[1].to_netcdf(stored)
@@ -233,6 +237,7 @@ def test_a_motion_names_its_mechanism():
     assert animate._mechanism(motion) == mechanism
 
 
+@pytest.mark.long
 def test_a_sliders_corners_stand_where_its_tilt_and_rise_put_them():
     mechanism, data = loose_guide()
     shown = scene(mechanism, places(mechanism, data), None)

@@ -164,6 +164,7 @@ def test_a_number_of_the_orbit_and_what_does_not_fit():
         figures.draw(response(section=False), kind="floquet")
 
 
+@pytest.mark.long
 def test_multipliers_in_and_out_of_the_circle():
     ax, table = figures.draw(orbit([-1.5, 0.0], [0.3, 0.4], [0.3, -0.4], [1e-13, 0.0])).axes
     inside, outside = (

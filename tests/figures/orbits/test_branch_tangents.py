@@ -50,6 +50,7 @@ def impact_times(found):
     return times
 
 
+@pytest.mark.long
 def test_tangents_are_derivatives_along_the_exact_branch(coarse):
     h, times = 1e-5, impact_times(coarse)
     assert len(times) > 8
