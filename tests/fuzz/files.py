@@ -281,14 +281,15 @@ def brief(table):
 def ran(path, table, folder):
     """How planning and running an accepted study ended, None if well; and whether it was tried."""
     changes = brief(table)
-    if changes is None or called(["check", path, "--set", *changes], LIMIT)[0] != 0:
-        return None, False
+    code = 2 if changes is None else called(["check", path, "--set", *changes], LIMIT)[0]
+    if code != 0:
+        return None if code == 2 else f"check of a short one ended with {code}", False
     words = ["--out", folder, "--jobs", "1", "--set", *changes]
     planned = called(["plan", path, *words], RUN_LIMIT)
     if planned[0] not in (0, 2):
         return f"plan ended with {planned[0]}", True
-    cells = re.search(r"([\d,]+) cells", planned[1])
-    if cells and int(cells[1].replace(",", "")) > CELLS:
+    cells = re.search(r"^cells +(\d+):", planned[1], re.MULTILINE)
+    if cells and int(cells[1]) > CELLS:
         return None, True
     code, _, err = called(["run", path, "--fresh", *words], RUN_LIMIT)
     return (None if code in (0, 1) else f"run ended with {code}\n{err}"), True

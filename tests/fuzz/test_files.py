@@ -56,6 +56,14 @@ def written(folder, text):
     return path
 
 
+@pytest.mark.long
+def test_a_study_of_many_cells_is_planned_and_not_run(tmp_path):
+    (text,) = (each for each in values.TEXTS if "Map of the foot of the wedge of chaos" in each)
+    path = str(written(tmp_path, text))
+    assert files.ran(path, tomllib.loads(text), str(tmp_path / "out")) == (None, True)
+    assert not (tmp_path / "out").exists()
+
+
 def test_the_samples_hold_every_kind_of_study():
     assert set(SHIPPED) == set(KINDS)
     assert ZIPPED != CELLS != CASES
