@@ -120,6 +120,7 @@ def test_a_start_a_rounding_beyond_a_wall_is_on_it():
         jp.simulate(catalog.bouncing_ball(0.9, 0.5), turns=1, initial=(-1e-6, 1.0))
 
 
+@pytest.mark.long
 def test_what_rests_every_period_repeats_exactly():
     """Nothing is left of a start once the ball has lain on the table."""
     ball = catalog.bouncing_ball(1.5, 0.2)

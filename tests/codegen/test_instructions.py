@@ -224,6 +224,7 @@ TABLE = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("positions", [1, 3])
 def test_code_in_lanes_of_a_size_does_what_its_text_says(positions):
     """The method's algebra, and tangents: of angles and of what is none, with contacts, jumps and loops."""
@@ -345,6 +346,7 @@ def g(part, n):
         assert np.array_equal(ours, theirs)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("processor", ["x86-64", "x86-64-v3"])
 def test_code_for_another_processor_does_the_same(processor):
     kind = objects.target()._replace(cpu=processor, features="")

@@ -66,6 +66,7 @@ def test_only_many_unknowns_are_planned(elastic):
     assert sizes["speeds"] == 3 + 4 * len(elastic)
 
 
+@pytest.mark.long
 def test_compiled_functions_are_the_text():
     """Numba's arithmetic of the same text, the algebra on lanes included."""
     model = assemble(catalog.chunmei2002(gear_ratio=3.0, elastic=("coupler",)))

@@ -50,6 +50,7 @@ def agree(system, model, y, modes, tolerance=1e-11):
 SCENES = [*itertools.product(ARRANGEMENTS, ("motor", "speed")), ("BC", "none")]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("joints", "drive"), SCENES)
 def test_accelerations_and_contacts(joints, drive):
     system, model = pair(joints, drive=drive)
@@ -74,6 +75,7 @@ def test_drag_alone(joints):
         assert np.abs(rate - theirs).max() < 1e-11 * np.abs(theirs).max()
 
 
+@pytest.mark.long
 def test_guards_are_what_their_names_say():
     system, model = pair("BC", tension=False)
     y = scattered(system, 5)

@@ -40,6 +40,7 @@ def test_accelerations_and_contacts(model):
         agree(system, ours, scattered(system, seed), modes)
 
 
+@pytest.mark.nightly
 @every_scene
 def test_outputs(model):
     """Reactions and torque are the multipliers; energies are the particles'."""

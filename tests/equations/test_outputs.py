@@ -104,6 +104,7 @@ def test_a_pin_reaction_without_gravity():
         assert ours == pytest.approx(tuple(force[:2]), rel=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("joints", "drive"), [("B", "motor"), ("BC", "speed"), ("OABC", "motor")])
 @pytest.mark.parametrize("mode", MODES)
 def test_power_balance(joints, drive, mode):

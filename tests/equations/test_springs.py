@@ -97,6 +97,7 @@ def test_forces_are_slopes_of_the_energy(clearance):
     check_slopes(assemble(given, at(given, [0.3, -0.9], [0.0, 0.0])))
 
 
+@pytest.mark.long
 def test_the_balance_of_energy_closes():
     sprung = double(
         gravity=9.8,

@@ -71,6 +71,7 @@ def test_the_samples_hold_every_kind_of_study():
     assert all(validate({"name": "sample"} | tomllib.loads(text)) for text in (GUIDED, STRETCHED))
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(text=st.sampled_from(TEXTS), data=st.data())
 def test_a_text_with_characters_changed(text, data, tmp_path_factory):
@@ -89,6 +90,7 @@ def test_a_study_with_its_tables_changed(seed, tmp_path_factory):
     said(written(tmp_path_factory.getbasetemp(), files.dumped(table)))
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(seed=SEEDS)
 def test_any_key_set_to_anything_on_the_command_line(seed, tmp_path_factory):

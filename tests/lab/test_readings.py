@@ -35,6 +35,7 @@ def test_every_variable_says_what_it_is(table):
     assert STATUS[int(table.status)] == "ok"
 
 
+@pytest.mark.long
 def test_what_is_found_of_the_panels(table):
     b, c = (table.sel(panel=panel, reading="as_printed") for panel in "bc")
     assert (int(b.period), MOTIONS[int(b.motion)], float(b.separations)) == (1, "periodic", 1.0)

@@ -33,6 +33,7 @@ def test_errors_fall_with_the_passes_to_that_of_the_step(ideal):
     assert first.contraction == pytest.approx(0.28, abs=0.1)
 
 
+@pytest.mark.long
 def test_errors_are_those_of_the_scheme_s_own_dataset(ideal):
     paper = ELASTIC.replace(clearance=0.0, order="paper")
     found = jp.waveform(paper, step=1e-5, passes=30, tolerance=1e-4)

@@ -175,6 +175,7 @@ def test_a_series_of_all_variants_has_every_law_and_every_kind_of_joint_drive_an
     }
 
 
+@pytest.mark.long
 def test_every_pair_of_laws_is_as_frequent_as_any_other(all_sorts):
     rows = [(variant, laws) for variant in VARIANTS for laws in pairs(variant)]
     found = Counter(case.contact_law for case in all_sorts)

@@ -132,6 +132,7 @@ def test_heyoka_follows_the_same_motion(system, turns):
     assert np.all(series.steps > 0)
 
 
+@pytest.mark.long
 def test_errors_fall_with_the_tolerance(compared):
     assert compared.status == 0
     assert list(compared.solver.values) == ["jointplay", *PEERS]
@@ -154,6 +155,7 @@ def test_the_truth_is_confirmed_by_the_peer_that_comes_closest(compared):
     assert compared.truth_own_difference < 1e-11
 
 
+@pytest.mark.long
 def test_jumps_of_the_state_are_followed_too():
     found = jp.work_precision(PAIR, turns=2, tolerances=(1e-5, 1e-8), peers=("DOP853",), rounds=3)
     assert found.truth_events >= 3

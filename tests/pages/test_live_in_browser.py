@@ -104,6 +104,7 @@ def test_sliders_work_by_keys_and_stand_in_the_address(chromium, page):
     assert complaints(chromium) == []
 
 
+@pytest.mark.long
 def test_what_is_refused_is_told_and_not_taken(chromium, page):
     opened(chromium, page)
     until(chromium, f"{SETTLED}100")
@@ -297,6 +298,7 @@ def test_play_is_slow_through_an_impact(chromium, page):
     until(chromium, "return document.getElementById('live-phase').value > 300")
 
 
+@pytest.mark.long
 def test_a_phone_shows_it_without_scrolling_sideways(chromium, page):
     size = chromium.get_window_size()
     try:

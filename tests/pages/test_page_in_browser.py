@@ -41,6 +41,7 @@ def test_a_page_of_others_text_opens_from_a_file_without_a_word(chromium, page):
     assert "jointplay run sample.nc --out again" in text(chromium, "again")
 
 
+@pytest.mark.long
 def test_a_click_shows_the_point_that_is_nearest_and_how_to_compute_it_again(chromium, page):
     opened(chromium, page)
     assert marked(chromium) is None

@@ -50,6 +50,7 @@ def some(kinds):
     return [pytest.param(k, marks=pytest.mark.nightly) if k in SLOW else k for k in kinds]
 
 
+@pytest.mark.long
 def test_a_killed_study_goes_on_and_a_value_more_runs_alone(tmp_path, monkeypatch):
     whole = run(loaded(STUDY), jobs=1)
     assert same(ran(loaded(STUDY), tmp_path / "kept"), whole)

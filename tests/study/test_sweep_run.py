@@ -231,6 +231,7 @@ def test_a_cell_beyond_the_model_says_so_and_keeps_its_numbers(tmp_path, monkeyp
     assert len({answer["dataset"].layout for answer in kept.values()}) == 1
 
 
+@pytest.mark.long
 def test_a_worker_that_dies_costs_its_cell_a_second_try(tmp_path):
     log = str(tmp_path / "log")
     jobs = [Deadly(f"key{i}", {3: 1, 7: 2}.get(i, 0), log) for i in range(12)]

@@ -44,6 +44,7 @@ def whole(tmp_path_factory):
     return ran(loaded(MAP), tmp_path_factory.mktemp("whole"))
 
 
+@pytest.mark.long
 def test_lanes_are_taken_where_motions_fill_them(whole):
     assert (whole.followed == 1).all()
     assert whole.followed.attrs["flag_meanings"].startswith("one_by_one in_lanes left_lanes")
@@ -80,6 +81,7 @@ def test_neither_company_nor_workers_show(jobs, whole, tmp_path, monkeypatch):
     assert same(ran(loaded(MAP), tmp_path, jobs), whole)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [1, 17, 40])
 def test_a_killed_run_goes_on_where_it_was(count, whole, tmp_path, monkeypatch):
     study, seen, put = loaded(MAP), [], worker.Notes.put

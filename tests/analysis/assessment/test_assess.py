@@ -158,6 +158,7 @@ def test_an_orbit_of_period_2_ends_where_it_closes_after_one_turn():
     assert np.ravel(run["period"]).tolist() == [1, 2]
 
 
+@pytest.mark.long
 def test_an_orbit_that_is_not_found_once_more_is_carried(monkeypatch):
     monkeypatch.setattr(Branch, "first", lambda *_: None)
     found = edges(
@@ -184,6 +185,7 @@ def test_a_chaotic_motion_stays_so_as_it_is_carried_on():
     assert np.isnan([found[name][0] for name in CHANGES]).all()
 
 
+@pytest.mark.long
 def test_forces_and_losses_are_those_of_other_runs():
     found = forces(present(LOOSE, None, BRIEF), 4, BRIEF)
     names = found["names"]

@@ -136,6 +136,7 @@ def test_wrong_keywords(keywords, keys):
     assert [problem.key for problem in caught.value.problems] == keys
 
 
+@pytest.mark.long
 def test_one_special_point_by_its_label(branches):
     """The branches went over the one parameter, the plane names the other first."""
     kinds = jp.words(branches)["special_kind"].values.tolist()

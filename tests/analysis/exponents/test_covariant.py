@@ -54,6 +54,7 @@ def test_tangent_maps_carry_the_vectors_through_impacts(pair):
     assert mean == pytest.approx(found["covariant_exponent"].values, abs=0.02)
 
 
+@pytest.mark.long
 def test_a_frame_that_has_not_come_in_is_told_of(pair):
     """Without a transient the first vectors are those of the frame's start."""
     system, settled = pair

@@ -64,6 +64,7 @@ def test_limits_of_the_symmetric_motion(impacts):
     assert not np.any(stable(found)[gaps < 0.9999 * symmetry_lost(r)])
 
 
+@pytest.mark.long
 def test_where_an_impact_passes_the_section(impacts):
     """At the phase 0 the lower wall is met at the gap pi k: there, and nowhere else, the state jumps."""
     r, found = impacts

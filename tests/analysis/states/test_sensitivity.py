@@ -259,6 +259,7 @@ def test_a_crank_angle_at_which_the_linkage_cannot_close_is_a_status():
     ]
 
 
+@pytest.mark.long
 def test_workers_do_not_change_the_answer():
     plane = {"y": {"start": -1.5, "stop": 1.5, "num": 12}, "v": {"start": -1.0, "stop": 1.0, "num": 12}}
     one, two = (jp.sensitivity(catalog.duffing(), plane=plane, turns=2, rtol=1e-8, n_jobs=n) for n in (1, 2))

@@ -87,6 +87,7 @@ def test_what_lanes_cannot_finish_goes_on_by_itself(monkeypatch, exponents):
         assert np.array_equal(found.journal_x[n], same.journal_x[n])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("gear", "clearance"), [(9.835, 2.1867241478865552e-05), (18.1, 2.659147948472494e-05)]
 )

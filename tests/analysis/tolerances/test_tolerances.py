@@ -143,6 +143,7 @@ def test_the_same_bits_however_samples_are_run(crank, changed, monkeypatch):
     assert np.array_equal(found["outcome"][:, 0], crank["outcome"][: given["samples"], 0])
 
 
+@pytest.mark.long
 def test_a_sample_that_fails_is_counted_and_named():
     """What hits takes more steps than are allowed."""
     found = near_grazing(samples=16, n_jobs=1, max_steps=1000)
@@ -200,6 +201,7 @@ def test_the_share_of_a_limit_by_its_edge(bent):
     assert line.values == pytest.approx((1 + 0.3 * across + 0.1 * across**2).values, abs=0.03)
 
 
+@pytest.mark.long
 def test_the_picture_has_the_limit_and_the_edge(bent):
     figure = jp.figure(bent)
     names = [text.get_text() for text in figure.legends[0].get_texts()]
@@ -215,6 +217,7 @@ def test_bad_questions_are_told_all_at_once():
     assert {"spreads.clearance.normal", "events[0]"} <= keys
 
 
+@pytest.mark.long
 def test_shares_of_an_oscillator_near_grazing_are_those_of_its_amplitude():
     """It hits where the stop is nearer than the amplitude, from its steady motion on."""
     found = near_grazing(samples=96, n_jobs=1)

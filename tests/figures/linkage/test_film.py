@@ -74,6 +74,7 @@ def test_a_film_has_the_frames_of_its_length(motion, tmp_path):
     assert [each.name for each in sorted(tmp_path.iterdir())] == ["m.gif", "m.mp4"]
 
 
+@pytest.mark.long
 def test_a_sheet_has_a_panel_and_a_bearing_a_frame(motion, shown):
     assert len(film_sheet(shown, 5).axes) == 10
     mechanism = jp.catalog.slider_crank(clearance=0)

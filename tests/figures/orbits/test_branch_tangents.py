@@ -80,6 +80,7 @@ def middles(data, quantity):
     return (points[:, pieces] + points[:, pieces + 1]) / 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("quantity", "place"), [("y", 1), ("v", 2), ("smallest_impact_speed", 3)])
 def test_the_curve_is_near_the_exact_branch_where_chords_are_far(coarse, quantity, place):
     """Around the fold too; farthest distances in units of the branch's width and height."""
