@@ -25,9 +25,9 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 43_271,
-    "code lines of its analyses": 15_205,
-    "code lines of all three packages": 48_700,
+    "code lines of the suite": 43_287,
+    "code lines of its analyses": 15_212,
+    "code lines of all three packages": 48_716,
     "files of the suite": 413,
     "files with one reader": 90,
     "entries at the top of the suite": 10,

@@ -29,6 +29,7 @@ SHORT = {  # keywords that make a study or a call of a kind brief, beside those 
     "attractors": {"starts": 3, "turns": 8, "transient": 2, "patience": 1, "lyapunov_turns": 2},
     "tipping": {"starts": 3, "turns": 8, "transient": 2, "patience": 1}
     | dict.fromkeys(("steps", "phases", "directions", "edge_turns"), 2),
+    "tolerances": {"samples": 6, "turns": 8, "transient": 2, "lyapunov_turns": 2, "edge_runs": 3},
 }
 MAX_STEPS = 300
 

@@ -102,6 +102,7 @@ SOUND = [  # valid, though not as they stand
         "+".join(["x"] * 240),
         "+".join(f"abs(x - {i})" for i in range(40)),
     ),
+    "cos(tanh((a - y)/(min(-1, b, x, a) - a*b)))",
 ]
 ENDLESS = [
     *(product(200), "*".join(["(x + max(x, v, y, a, b, 1, 2, 3, 4))"] * 40)),

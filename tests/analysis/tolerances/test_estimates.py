@@ -95,6 +95,7 @@ def test_no_edge_and_edges_that_samples_contradict():
         return (np.hypot(z[:, 0], z[:, 1]) < 1).astype(int)  # along the first number two edges, which meet
 
     assert edges.located(lambda z: np.zeros(len(z), dtype=int), 1, 0)[0] == edges.NO_EDGE
+    assert edges.located(lambda z: np.where(z[:, 0] > 3, UNDECIDED, NO), 1, 0)[0] == edges.OPEN
     assert edges.located(ring, 2, 0)[0] == edges.UNCLEAR
     one = Design({"a": Spread(normal=(0, 1)), "b": Spread(normal=(0, 1))})
     line = edges.located(lambda z: (z[:, 0] > 1).astype(int), 2, 0)[1]

@@ -160,6 +160,15 @@ def test_a_sample_that_fails_is_counted_and_named():
     assert "% failed" in str(jp.summary(found))
 
 
+def test_where_all_samples_fail_nothing_is_known_and_it_is_said():
+    asked = {"limits": {"impacts": 0.0}, "edge": {"impacts": "distance"}}
+    told = str(jp.summary(found := near_grazing(samples=4, n_jobs=1, max_steps=10, **asked)))
+    assert "unknown how many exceed 0 (contacts begun per turn); 100 % failed" in told
+    assert "contacts begun per turn: no sample has a value" in told
+    assert "no edge is located along distance: some motions there are undecided or failed" in told
+    assert "No sample ended with a value" in {each.get_text() for each in jp.figure(found).axes[0].texts}
+
+
 @pytest.mark.long
 def test_limits_together_are_a_yield():
     system = function_of("a", "ab")

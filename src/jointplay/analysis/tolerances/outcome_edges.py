@@ -34,8 +34,8 @@ ARM, NEAR, STEPS = 1.5, 1.0, 9  # star points; about an edge, at most so far to 
 APART = 0.4  # of the distance of two edges
 BAND, WIDEST, WIDER = 0.1, 1.0, 1.25  # half-width: least, largest, over the farthest contradiction
 POPULATION = 2**18  # points that shares beyond the band are of
-FOUND = ("located", "no_edge", "unclear")
-LOCATED, NO_EDGE, UNCLEAR = range(3)
+FOUND = ("located", "no_edge", "unclear", "undecided")
+LOCATED, NO_EDGE, UNCLEAR, OPEN = range(4)
 Look = Callable[[np.ndarray], np.ndarray]  # outcomes of an event at normal scores, shape (n, factors)
 
 
@@ -86,7 +86,7 @@ def located(look: Look, factors: int, factor: int) -> tuple[int, Edges | None, i
     sides = np.flatnonzero((seen == NO) | (seen == YES))
     brackets = [(a, b) for a, b in pairwise(sides) if seen[a] != seen[b]]
     if not brackets:
-        return NO_EDGE, None, SCAN
+        return NO_EDGE if len(sides) == SCAN else OPEN, None, SCAN
     ends = np.array([[line[a, factor], line[b, factor]] for a, b in brackets])
     ways = np.array([seen[b] for _, b in brackets])
     zeros = np.zeros((len(ends), factors))

@@ -91,12 +91,17 @@ def answer(result: xr.Dataset) -> str:
         if name == WITHIN and limits == 1:
             continue  # it is the other side of the one limit
         one = result.isel(event=i)
-        lines.append(f"{_percent(one, 'share')} {_said(one, str(name))}{_rest(one)}")
+        known = bool(np.isfinite(one["share"]))
+        share = _percent(one, "share") if known else "unknown how many"
+        lines.append(f"{share} {_said(one, str(name))}{_rest(one)}")
         lines += [
             f"  {line}" for line in (*_fault(result, str(name)), *_changes(one), *_by_edge(one, str(name)))
         ]
     for i in range(result.sizes.get("quantity", 0)):
         one = result.isel(quantity=i)
+        if not np.isfinite(one["quantity_value"]).any():
+            lines.append(f"{one['quantity_name'].item()}: no sample has a value")
+            continue
         units = str(one["quantity_units"].item())
         low, middle, high = (
             measure(float(one["quantile_value"].sel(quantile=q)), units, 3) for q in (0.05, 0.5, 0.95)
@@ -158,6 +163,8 @@ def _by_edge(one: xr.Dataset, name: str) -> Iterator[str]:
     along = one["parameter_name"].sel(parameter=one.attrs["edge_parameter"]).item()
     if found == "no_edge":
         yield f"no edge along {along} within {edge_search.REACH:g} standard deviations"
+    elif found == "undecided":
+        yield f"no edge is located along {along}: some motions there are undecided or failed"
     elif found == "unclear":
         yield f"samples do not go by edges along {along}: the share is that of the samples alone"
     else:
@@ -188,7 +195,7 @@ def _cheapest(result: xr.Dataset) -> list[str]:
         return []
     wanted = f"{plain(100 * result.attrs['wanted'], 3)} % within all limits"
     if not np.isfinite(result["cheapest_yield"]):
-        return [f"no set of narrower spreads brings {wanted}"]
+        return [f"no set of narrower spreads is known to bring {wanted}"]
     names = [str(name) for name in result["factor_name"].values[result["cheapest"].values == 1]]
     price = plain(float(result["cheapest_price"]), 4)
     what = f"narrow {', '.join(names) or 'none'}, for {price}"

@@ -110,6 +110,9 @@ def _histogram(ax: Axes, dataset: Dataset, event: str, quantity: str | None, ord
     unit = shown(values, units)
     there = [word for word in COLOURS if np.isfinite(values[words == word]).any()]
     groups = [values[(words == word) & np.isfinite(values)] * unit.factor for word in there]
+    if not there:
+        artists.say(ax, "No sample ended with a value")
+        return
     look: dict[str, Any] = {"stacked": True, "label": [_label(word, event) for word in there]}
     ax.hist(groups, bins=BINS, color=[COLOURS[word] for word in there], **look)
     if event == f"{ABOVE}{shown_}":

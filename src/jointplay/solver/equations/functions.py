@@ -4,7 +4,8 @@
 delta functions into slopes, and branches into the loops over lanes.
 """
 
-from sympy import Expr, Float, Function, Integer, exp, log, sqrt, tanh
+import sympy
+from sympy import Expr, Float, Function, Integer, exp, log, sqrt
 
 __all__ = ["exp", "lambert", "log", "power", "side", "sqrt", "tanh"]
 
@@ -22,6 +23,16 @@ class side(Function):
 
     def _eval_power(self, exponent: Expr) -> Expr | None:
         return Integer(1) if exponent.is_even else None
+
+
+class tanh(sympy.tanh):
+    """The hyperbolic tangent of a real number: SymPy's expands a quotient, without end, for its real part."""
+
+    def _eval_is_real(self) -> bool | None:
+        return self.args[0].is_real
+
+    def _eval_is_finite(self) -> bool | None:
+        return self.args[0].is_real
 
 
 class power(Function):

@@ -39,13 +39,12 @@ from sympy import (
     preorder_traversal,
     sin,
     sqrt,
-    tanh,
     zoo,
 )
 from sympy.printing.str import StrPrinter
 
 from ....display.errors import InputError, refuse, unknown
-from ..functions import side
+from ..functions import side, tanh
 from ..system import TIME, Angle, Contact, Reset, System, traction
 from . import filippov
 from .grammar import constants_finite, parse
