@@ -156,7 +156,7 @@ def test_what_a_package_adds_is_checked_listed_told_and_written_as_ours_is(run, 
     assert 'contact = { law = "meadow", ' in (tmp_path / "saw.toml").read_text(encoding="utf-8")
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_what_a_package_adds_is_in_the_tables_of_the_documentation(run):
     done = run("-c", PAGES, str(DOCS))
     assert done.returncode == 0, done.stderr

@@ -104,7 +104,7 @@ def marked(row):
     return pytest.param(row, id=row.name, marks=[pytest.mark.long] * (row.name in SLOW))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("row", [marked(row) for row in KINDS.values()])
 def test_all_that_is_declared_is_given_and_said(row):
     results = [row.function(**call) for call in CALLS[row.name]]

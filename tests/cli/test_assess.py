@@ -37,7 +37,7 @@ def test_the_page_is_printed_and_kept_beside_the_result(tmp_path, capsys):
     assert same["peak_force"].values.tolist() == found["peak_force"].values.tolist()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_each_part_of_the_page_is_printed_when_its_round_is_over(tmp_path, monkeypatch, capsys):
     """In the order of the rounds; together they are the page, and a run that has all of it prints it too."""
     said, (path, out) = [], (tmp_path / "press.toml", tmp_path / "press_assess")

@@ -43,7 +43,7 @@ def values(array):
     return np.frombuffer(b64decode(array["bytes"]), array["type"]).reshape(array["shape"])
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", PICTURES)
 def test_every_kind_of_figure_is_one_well_formed_element_with_its_panels_inside(name):
     dataset, options = PICTURES[name]()

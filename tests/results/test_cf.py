@@ -69,6 +69,7 @@ def kept(dataset, path):
     assert failed(stored(dataset, path / "result.nc")) <= {NO_DATE}
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", COMPUTED)
 def test_a_result_of_each_kind_keeps_to_the_conventions(kind, tmp_path):
     kept(made(kind), tmp_path)

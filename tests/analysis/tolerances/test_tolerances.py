@@ -266,7 +266,7 @@ def hardening(**given):
     return jp.tolerances(system, spreads=spreads, **asked | given)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_shares_of_two_motions_that_coexist_on_one_side_of_a_fold():
     """Amplitudes leave a gap about 3: the large motion, where it is, and the small one."""
     found, rng, n = hardening(samples=1024), np.random.default_rng(0), 20_000

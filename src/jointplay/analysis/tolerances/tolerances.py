@@ -482,8 +482,8 @@ def tolerances(
     asked = Asked(replace(how, section=section, ensemble=lanes), own_events, quantities)
     run = partial(_run, mechanism, motion["initial"], design, n_jobs=n_jobs)
     tell = [part(motion["progress"], *pair) for pair in pairwise(PARTS)]
-    alone = correlation is not None or len(design.factors) < 2  # nothing to share among
-    rows = min((0 if alone else ROWS) if shares is None else shares, samples)
+    undivided = correlation is not None or len(design.factors) < 2  # no shares of causes
+    rows = min((0 if undivided else ROWS) if shares is None else shares, samples)
     factors = design.drawn(samples)
     own = design.scores(factors[:, : len(design.factors)])
     main, *mixed = run(asked, names, [own, *(_mixed(design, factors[:rows]) if rows else [])], tell[0])
