@@ -66,13 +66,7 @@ def balance(joints="B", elastic=("coupler",), turns=5, smooth=None, damping=0.05
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    "changes",
-    [
-        pytest.param({}, marks=pytest.mark.long),
-        pytest.param({"f": 0.3}, marks=pytest.mark.nightly),
-        {"f": 0.3, "e": LARGE},
-    ],
-    ids=str,
+    "changes", [{}, pytest.param({"f": 0.3}, marks=pytest.mark.nightly), {"f": 0.3, "e": LARGE}], ids=str
 )
 def test_balance_with_friction_and_damping(changes):
     found, residual = balance(**changes)

@@ -72,9 +72,7 @@ RESULTS = {
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(
-    "kind", [k if k != "curve" else pytest.param(k, marks=pytest.mark.nightly) for k in RESULTS]
-)
+@pytest.mark.parametrize("kind", RESULTS)
 def test_no_drawn_text_is_a_key(kind, tmp_path):
     figure = figures.draw(RESULTS[kind](tmp_path), {"kind": kind})
     figure.draw_without_rendering()

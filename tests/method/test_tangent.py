@@ -93,9 +93,6 @@ CASES = {  # system, periods, sizes, events that must be met, whether saltation 
 }
 
 
-LONG = {"linkage", "linkage_no_tension"}  # structures that few other tests need
-
-
 def quotients(model, duration, sizes, exact, tolerance=1e-6):
     """The best of the difference quotients, or None where they do not agree among themselves; the events.
 
@@ -121,9 +118,7 @@ def test_tangent_map_with_smoothed_friction():
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.long) if name in LONG else name for name in CASES]
-)
+@pytest.mark.parametrize("name", CASES)
 def test_tangent_map(name):
     compare(*CASES[name])
 

@@ -14,9 +14,6 @@ ANGLE = 0.4  # rad, of the crank at the start
 PRESETS = ("slider_crank", "watt", "stephenson", "quick_return")
 
 
-DEAR = ("quick_return", "watt")  # with play
-
-
 def preset(name, **changes):
     return getattr(jp.catalog, name)(**changes)
 
@@ -47,9 +44,7 @@ def test_the_moment_of_every_guide(name):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(
-    "name", [pytest.param(x, marks=pytest.mark.nightly) if x in DEAR else x for x in PRESETS]
-)
+@pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("tension", [True, False])
 def test_the_preset_with_play(name, tension):
     joint = "D" if name == "quick_return" else "B"

@@ -145,9 +145,9 @@ return (solver.run(64, { tangent: true }).exponent.sum - before) / 64;
 @pytest.mark.parametrize(
     "mechanism",
     [
-        pytest.param(PAPER(gear_ratio=20.0), id="gear ratio 20", marks=pytest.mark.nightly),
+        pytest.param(PAPER(gear_ratio=20.0), id="gear ratio 20"),
         pytest.param(PAPER(gear_ratio=3.0), id="gear ratio 3"),
-        pytest.param(PAPER(gear_ratio=3.0, clearance=6e-5), id="60 µm", marks=pytest.mark.nightly),
+        pytest.param(PAPER(gear_ratio=3.0, clearance=6e-5), id="60 µm"),
     ],
 )
 def test_exponents_of_orbits_are_as_exact_as_pages_state(mechanism, tmp_path):
@@ -180,7 +180,7 @@ BENT = {"clearance.B": 1e-4, "length.crank": 0.028, "length.coupler": 0.19, "mas
     ("name", "values"),
     [
         ("C", CHANGED),
-        pytest.param("slider-crank", SLID, marks=pytest.mark.long),
+        ("slider-crank", SLID),
         pytest.param("guide", SLOPED, marks=pytest.mark.nightly),
         pytest.param("elastic", BENT, marks=pytest.mark.nightly),
     ],
@@ -270,7 +270,7 @@ def test_a_text_is_translated_once_for_a_structure(monkeypatch):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["C", pytest.param("slider-crank", marks=pytest.mark.long)])
+@pytest.mark.parametrize("name", ["C", "slider-crank"])
 def test_places_of_links_are_those_of_the_package(name, tmp_path):
     mechanism = SCENES[name]()
     script = solver(mechanism, section=jp.CrankAngle())

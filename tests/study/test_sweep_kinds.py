@@ -29,7 +29,6 @@ frequency = [0.7, 0.8]
 """
 CELLS = [name for name, row in KINDS.items() if row.varies and "over" not in row.function.fields()]
 ENDS = ("wall_time", "status", "trouble")
-LONGEST = ("curve", "tipping")
 
 
 def lines(table, above=""):
@@ -44,11 +43,7 @@ def lines(table, above=""):
 @pytest.mark.nightly
 @pytest.mark.parametrize(
     ("kind", "system"),
-    [
-        *((kind, PAIR) for kind in CELLS if kind not in LONGEST),
-        ("spectrum", GEAR),
-        *(pytest.param(kind, PAIR, marks=pytest.mark.nightly) for kind in LONGEST),
-    ],
+    [*((kind, PAIR) for kind in CELLS), ("spectrum", GEAR)],
 )
 def test_a_cell_is_the_analysis_by_itself(kind, system, tmp_path):
     study = loaded(f'kind = "{kind}"\nname = "a"\n{system}[analysis]\n' + "\n".join(lines(KINDS[kind].trial)))

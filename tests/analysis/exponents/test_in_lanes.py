@@ -69,9 +69,7 @@ OTHERS = {
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(
-    "name", [pytest.param(x, marks=pytest.mark.nightly) if x == "guide" else x for x in OTHERS]
-)
+@pytest.mark.parametrize("name", OTHERS)
 def test_tangents_of_loops_guides_and_elastic_links_are_those_of_one_motion(name):
     each = assemble(OTHERS[name](), section="angle:crank")
     (run,) = grown_together([each], [asked(each, 1.5)])
