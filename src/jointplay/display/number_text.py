@@ -36,6 +36,12 @@ def plain(value: float, digits: int = 6) -> str:
     return mantissa.translate(MINUS) + tail
 
 
+def percent(share: float, low: float, high: float) -> str:
+    """Return a share in per cent, with the ends of its interval."""
+    value, *ends = (plain(100 * each, 3) for each in (share, low, high))
+    return f"{value} % ({' to '.join(ends)})"
+
+
 def typed(value: float, digits: int = 6) -> str:
     """Return a number as one types it into a file: ``0.00029``, ``7.15e6``; of 0 digits, with all of them."""
     number = Decimal(f"{value:.{digits}g}" if digits else repr(float(value)))

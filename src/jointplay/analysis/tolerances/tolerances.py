@@ -58,7 +58,7 @@ from jointplay.analysis.tolerances.spreads import (
 )
 from jointplay.display import codes
 from jointplay.display.errors import ModelWarning, Problem, unknown
-from jointplay.display.number_text import counted, plain
+from jointplay.display.number_text import counted, percent, plain
 from jointplay.display.units import measure
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, NonNegative, Number, accepts
@@ -113,8 +113,7 @@ def answer(result: xr.Dataset) -> str:
 
 def _percent(one: xr.Dataset, name: str) -> str:
     """A share in per cent, with its interval."""
-    value, low, high = (plain(100 * float(one[key]), 3) for key in (name, f"{name}_low", f"{name}_high"))
-    return f"{value} % ({low} to {high})"
+    return percent(*(float(one[key]) for key in (name, f"{name}_low", f"{name}_high")))
 
 
 def _said(one: xr.Dataset, name: str) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.display import codes
-from jointplay.display.number_text import plain, raised
+from jointplay.display.number_text import percent, raised
 from jointplay.display.units import shown
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
@@ -122,10 +122,9 @@ def _histogram(ax: Axes, dataset: Dataset, event: str, quantity: str | None, ord
     ax.set(ylabel="Samples", xlabel=label)
     if event and "share" in dataset:
         one = dataset.sel(event=event)
-        value, low, high = (plain(100 * float(one[key]), 3) for key in ("share", "share_low", "share_high"))
-        what = artists.capital(_label("yes", event))
-        numbers = f"{value} % ({low} to {high})".replace(" ", "\N{NO-BREAK SPACE}")
-        artists.heading(ax, f"{what}: {numbers}")
+        numbers = percent(*(float(one[key]) for key in ("share", "share_low", "share_high")))
+        unbroken = numbers.replace(" ", "\N{NO-BREAK SPACE}")
+        artists.heading(ax, f"{artists.capital(_label('yes', event))}: {unbroken}")
 
 
 def _bars(ax: Axes, dataset: Dataset, event: str) -> None:
