@@ -44,7 +44,7 @@ TABLES = "xarray pandas netCDF4 cftime"
 RARE = "scipy joblib pint"
 SHORT = ("run", "quickstart.toml", "--set", "analysis.turns=2", "analysis.transient=1", "figure.turns=[1, 2]")
 ROWS = {
-    ("--help",): (210, f"{COMPILES} {DRAWS} {TABLES} {RARE} numpy pydantic"),
+    ("--help",): (201, f"{COMPILES} {DRAWS} {TABLES} {RARE} numpy pydantic"),
     ("list", "studies"): (215, f"{COMPILES} {DRAWS} {TABLES} {RARE} numpy pydantic"),
     ("check", "quickstart.toml"): (560, f"{COMPILES} {DRAWS} {TABLES} {RARE}"),
     (*SHORT, "--no-figure"): (1700, f"sympy {DRAWS} joblib"),
