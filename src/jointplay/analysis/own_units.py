@@ -71,10 +71,7 @@ def _start(mechanism: Any, initial: Any) -> Any:
     if not isinstance(mechanism, TestSystem) or type(initial) not in (list, tuple):
         return initial
     names = [name for group in mechanism.order for name in group]
-    units = {f"[{i}]": mechanism.units.get(name, "1") for i, name in enumerate(names)}
-    table = {f"[{i}]": value for i, value in enumerate(initial)}  # since each has a unit of its own
-    found = in_si(table, units)
-    return type(initial)(found.values())
+    return in_si(initial, tuple(mechanism.units.get(name, "1") for name in names))
 
 
 def _starts(mechanism: Any, starts: Any) -> Any:

@@ -174,27 +174,13 @@ def in_own_units(mechanism: Mechanism | TestSystem, table: Any) -> Any:
     table = flat(table)
     if not isinstance(table, Mapping):
         return table
-    units = {key: units_of(mechanism, key) for key in table}
-    own = {
-        key: dict.fromkeys(("normal", "uniform", "triangular", "values", "within", "above", "below"), each)
-        | {"lognormal": {"median": each, "factor": "1"}, "diameter": "m"}
-        | {"parameters": {"loc": each, "scale": each}}
-        for key, each in units.items()
-    }
-    pairs = {key: _named_pair(value) for key, value in table.items()}
-    return {key: _as_pair(value) for key, value in in_si(pairs, own).items()}
-
-
-def _named_pair(given: Any) -> Any:
-    """The two numbers of `lognormal`, which have units of their own, by name."""
-    pair = given.get("lognormal") if isinstance(given, Mapping) else None
-    named = type(pair) in (list, tuple) and len(pair) == 2
-    return {**given, "lognormal": dict(zip(("median", "factor"), pair, strict=True))} if named else given
-
-
-def _as_pair(given: Any) -> Any:
-    pair = given.get("lognormal") if isinstance(given, Mapping) else None
-    return {**given, "lognormal": tuple(pair.values())} if isinstance(pair, Mapping) else given
+    own = {}
+    for key in table:
+        units = units_of(mechanism, key)
+        alike = ("normal", "uniform", "triangular", "values", "within", "above", "below")
+        own[key] = dict.fromkeys(alike, units) | {"lognormal": (units, "1"), "diameter": "m"}
+        own[key] |= {"parameters": {"loc": units, "scale": units}}
+    return in_si(table, own)
 
 
 def _inside(shares: np.ndarray) -> np.ndarray:

@@ -524,43 +524,69 @@ class Found:
         Of the parameters.
     ended : ndarray of int
         Status of each.
-    trouble : list of str
+    trouble : ndarray of str
         What went wrong.
     period : ndarray of int
         In turns.
     events : tuple of str
         Names of the events and of the quantities with limits, and `WITHIN`.
-    codes : ndarray of int, shape (n, events)
-        Of `OUTCOMES`.
+    event : ndarray of int, shape (n, events)
+        Outcomes, of `OUTCOMES`.
     quantities : tuple of str
         Names.
-    numbers : ndarray, shape (n, quantities)
+    quantity : ndarray, shape (n, quantities)
         Their values.
     """
 
     values: np.ndarray
     ended: np.ndarray
-    trouble: list[str]
+    trouble: np.ndarray
     period: np.ndarray
     events: tuple[str, ...]
-    codes: np.ndarray
+    event: np.ndarray
     quantities: tuple[str, ...]
-    numbers: np.ndarray
+    quantity: np.ndarray
+
+    @classmethod
+    def none(cls, values: np.ndarray, asked: Asked) -> Found:
+        """Nothing yet: each sample has failed."""
+        n, (events, quantities) = len(values), (asked.events, asked.quantities)
+        ended, trouble, period = np.zeros(n, np.int8), np.full(n, "", dtype=object), np.full(n, -1, np.int32)
+        event, quantity = np.full((n, len(events)), FAILED, np.int8), np.full((n, len(quantities)), np.nan)
+        return cls(values, ended, trouble, period, events, event, quantities, quantity)
+
+    def put(self, block: np.ndarray, answer: Mapping[str, Any]) -> None:
+        """Take in the answer of a block; where it failed as a whole, each sample has."""
+        if answer["status"]:
+            answer = {"ended": answer["status"], "trouble": answer.get("trouble", ""), "event": FAILED}
+        for name in {"ended", "trouble", "period", "event", "quantity"} & answer.keys():
+            getattr(self, name)[block] = answer[name]
+
+    def limited(self, limits: Mapping[str, float]) -> Found:
+        """The same with the outcomes of limits, and of all of them together."""
+        if not limits:
+            return self
+        x = self.quantity[:, [self.quantities.index(name) for name in limits]]
+        none = [np.broadcast_to(self.ended[:, None] != 0, x.shape), np.isnan(x)]
+        over = np.select(none, [FAILED, UNDECIDED], np.where(x > [*limits.values()], YES, NO))
+        each = [np.any(over == code, axis=1) for code in (YES, FAILED, UNDECIDED)]
+        within = np.select(each, [NO, FAILED, UNDECIDED], YES)
+        codes_ = np.column_stack([self.event, over, within]).astype(np.int8)
+        return replace(self, events=(*self.events, *(ABOVE + name for name in limits), WITHIN), event=codes_)
 
     def part(self, which: slice) -> Found:
         """Some of the samples."""
-        names = ("values", "ended", "trouble", "period", "codes", "numbers")
+        names = ("values", "ended", "trouble", "period", "event", "quantity")
         return replace(self, **{name: getattr(self, name)[which] for name in names})
 
     def outcome(self, event: str) -> np.ndarray:
         """Outcome of an event."""
-        return self.codes[:, self.events.index(event)]
+        return self.event[:, self.events.index(event)]
 
     @property
     def outputs(self) -> np.ndarray:
         """Events as 0 and 1, undecided ones NaN, and quantities; shape (n, events and quantities)."""
-        events = np.where(self.codes <= YES, self.codes, np.nan)
-        return np.hstack([events, self.numbers])
+        return np.hstack([np.where(self.event <= YES, self.event, np.nan), self.quantity])
 
 
 def _run(
@@ -576,7 +602,7 @@ def _run(
     """Follow samples at normal scores, those of each part by themselves; what stays open is followed on."""
     values = design.values(np.concatenate(parts))
     bounds = np.cumsum([0, *map(len, parts)])
-    whole = _Answers(len(values), asked)
+    whole = Found.none(values, asked)
     blocks = [
         np.arange(i, min(i + BLOCK, end)) for begin, end in pairwise(bounds) for i in range(begin, end, BLOCK)
     ]
@@ -601,49 +627,8 @@ def _run(
             break
         left = np.array([*ends])
         blocks = [left[i : i + STILL_OPEN] for i in range(0, len(left), STILL_OPEN)]
-    found = whole.found(values, limits)
+    found = whole.limited(limits)
     return [found.part(slice(*pair)) for pair in pairwise(bounds)]
-
-
-class _Answers:
-    """Answers of all samples, as they come."""
-
-    def __init__(self, count: int, asked: Asked) -> None:
-        self.asked, self.trouble = asked, np.full(count, "", dtype=object)
-        self.ended, self.period = np.zeros(count, dtype=np.int8), np.full(count, -1, dtype=np.int32)
-        self.event = np.full((count, len(asked.events)), FAILED, dtype=np.int8)
-        self.quantity = np.full((count, len(asked.quantities)), np.nan)
-
-    def put(self, block: np.ndarray, answer: Mapping[str, Any]) -> None:
-        """Take in the answer of a block; where it failed as a whole, each sample has."""
-        if answer["status"]:
-            self.ended[block], self.trouble[block] = answer["status"], answer.get("trouble", "")
-            self.event[block] = FAILED
-            return
-        self.trouble[block] = answer["trouble"]
-        for name in ("ended", "period", "event", "quantity"):
-            getattr(self, name)[block] = answer[name]
-
-    def found(self, values: np.ndarray, limits: Mapping[str, float]) -> Found:
-        """All of it, with the outcomes of limits."""
-        failed, events = self.ended != 0, (*self.asked.events, *(ABOVE + name for name in limits))
-        columns = [self.event]
-        for name, limit in limits.items():
-            x = self.quantity[:, self.asked.quantities.index(name)]
-            over = np.select([failed, np.isnan(x)], [FAILED, UNDECIDED], np.where(x > limit, YES, NO))
-            columns.append(over[:, None])
-        if limits:
-            over = np.hstack(columns[1:])
-            each = [np.any(over == code, axis=1) for code in (YES, FAILED, UNDECIDED)]
-            columns, events = (
-                [*columns, np.select(each, [NO, FAILED, UNDECIDED], YES)[:, None]],
-                (*events, WITHIN),
-            )
-        codes_ = np.hstack(columns).astype(np.int8)
-        trouble = self.trouble.tolist()
-        return Found(
-            values, self.ended, trouble, self.period, events, codes_, self.asked.quantities, self.quantity
-        )
 
 
 def _warm(mechanism: Any, lanes: bool) -> None:
@@ -699,19 +684,19 @@ def _of_samples(main: Found, replicated: bool) -> dict[str, Any]:
     """Samples as they are, shares of events, means and quantiles of quantities."""
     table = {
         "value": main.values,
-        "outcome": main.codes,
+        "outcome": main.event,
         "period": main.period,
         "sample_status": main.ended,
-        "trouble": np.array(main.trouble, dtype=str),
-        "share_undecided": np.mean(main.codes == UNDECIDED, axis=0),
-        "share_failed": np.mean(main.codes == FAILED, axis=0),
+        "trouble": main.trouble.astype(str),
+        "share_undecided": np.mean(main.event == UNDECIDED, axis=0),
+        "share_failed": np.mean(main.event == FAILED, axis=0),
     }
     if main.events:
-        table |= _ends("share", [estimates.share(each, replicated) for each in main.codes.T])
+        table |= _ends("share", [estimates.share(each, replicated) for each in main.event.T])
     if not main.quantities:
         return table
-    columns = main.numbers.T
-    table |= {"quantity_value": main.numbers, "deviation": _deviation(main.numbers)}
+    columns = main.quantity.T
+    table |= {"quantity_value": main.quantity, "deviation": _deviation(main.quantity)}
     table |= _ends("mean", [estimates.mean(each, replicated) for each in columns])
     every = [[estimates.quantile(each, q) for q in estimates.QUANTILES] for each in columns]
     return table | _ends("quantile_value", every)
@@ -755,7 +740,7 @@ def _narrowed(main: Found, ratios: np.ndarray) -> dict[str, Any]:
     """Share of each event with one spread narrowed."""
     return _ends(
         "narrowed_share",
-        [[estimates.weighed(outcome, ratio) for ratio in ratios.T] for outcome in main.codes.T],
+        [[estimates.weighed(outcome, ratio) for ratio in ratios.T] for outcome in main.event.T],
     )
 
 

@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from functools import cache
+from itertools import chain, repeat
 from typing import Any
 
 from jointplay.display.errors import InputError, refuse
@@ -26,16 +27,16 @@ _WRITTEN = re.compile(PATTERN)
 _NUMBER = re.compile(r"\s*[+-]?[\d.]+([eE][+-]?\d+)?")
 
 
-def in_si(given: Any, units: str | Mapping[str, str | None] | None) -> Any:
+def in_si(given: Any, units: str | Mapping[str, Any] | tuple[str | None, ...] | None) -> Any:
     """Bring texts with a unit into the field's unit, also inside a list or a table; all else stays as it is.
 
     Parameters
     ----------
     given : object
         A value, or a list or table of them.
-    units : str, mapping of str to str, or None
+    units : str, mapping of str to str, tuple of str, or None
         What the field declares, as ``kg m²``; ``1`` of a pure number, None where it holds no quantity. Of a
-        table, or a list of tables, also the units of each of its entries by name.
+        table, or a list of tables, also units of its entries by name, and of a list those of each.
 
     Raises
     ------
@@ -48,7 +49,8 @@ def in_si(given: Any, units: str | Mapping[str, str | None] | None) -> Any:
         own = units.get if isinstance(units, Mapping) else lambda _: units
         return dict(zip(given, _each((key, item, own(key)) for key, item in given.items()), strict=True))
     if type(given) in (list, tuple):
-        return type(given)(_each((f"[{i}]", item, units) for i, item in enumerate(given)))
+        each = chain(units, repeat(None)) if isinstance(units, tuple) else repeat(units)
+        return type(given)(_each((f"[{i}]", *pair) for i, pair in enumerate(zip(given, each, strict=False))))
     if isinstance(given, str) and isinstance(units, str):
         return _converted(given, units) if len(given) <= LONGEST and _WRITTEN.match(given) else given
     return given
