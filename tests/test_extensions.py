@@ -138,7 +138,7 @@ def run(wheel, tmp_path):
     return ran
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_what_a_package_adds_is_checked_listed_told_and_written_as_ours_is(run, tmp_path):
     commands = (
         *("check study.toml", "schema", "new echoes own.toml", "new response saw.toml --mechanism seesaw"),
@@ -202,6 +202,7 @@ def test_cells_that_another_packages_code_computed_are_not_taken_for_those_of_it
     assert "these were computed by another" in changed.stderr
 
 
+@pytest.mark.long
 def test_kernels_of_another_packages_law_are_not_those_of_its_changed_law(run):
     code = "from jointplay.solver.codegen.digest import digest; print(digest())"
     ways = ({}, {}, {"code": "\nOTHER = 1\n"}, {"points": None})
@@ -210,7 +211,7 @@ def test_kernels_of_another_packages_law_are_not_those_of_its_changed_law(run):
     assert len({first, changed, none}) == 3
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_what_is_broken_in_a_package_is_told_with_its_name_and_breaks_nothing_else(run):
     done = run("-c", COMMANDS, given="\n".join(REFUSED), code=BROKEN_CODE, points=BROKEN_POINTS)
     assert "Traceback" not in done.stderr

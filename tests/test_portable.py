@@ -78,7 +78,7 @@ def used(tree):
             yield f"{ast.unparse(node.args[0])}.{node.args[1].value}"
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_whatever_is_of_posix_alone_is_listed_with_what_is_done_without_it():
     names = {f"{module}.{name}" for module, text in ALONE.items() for name in text.split()} | {
         *MODULES.split()

@@ -24,6 +24,7 @@ def test_every_test_has_a_limit(request):
     assert all(marker is None or marker.args[0] > 0 for marker in own)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("options", "told"),
     [(["-p", "no:xdist"], "Timeout"), (["-n", "1"], "crashed while running")],

@@ -47,7 +47,7 @@ def test_a_verb_of_another_package_is_unknown_without_it(verb, missing, tmp_path
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_function_of_another_package_is_unknown_without_it(tmp_path):
     code = (
         "import jointplay\nprint([hasattr(jointplay, name) for name in ('report', 'waveform', 'simulate')])"

@@ -53,7 +53,7 @@ def test_an_imposed_speed_ends_where_the_rod_cannot_follow(drive, monkeypatch):
     assert not run.reaction.isnull().any()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_dead_centre_ends_a_run_soon():
     """Energy by hand: inertia 3 M L^2/3 + 2 M L^2, weights at 3 L/2 + 2 L."""
     start = {"crank_angle": np.pi / 2, "crank_speed": SPEED}
@@ -122,7 +122,7 @@ def test_a_crank_does_not_turn_back_at_a_dead_centre_with_what_it_leads(rtol):
     np.testing.assert_allclose(run.energy_residual, 0.0, atol=300 * rtol * whole)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_lanes_leave_it_to_one_by_one():
     """A motion that arrives beside others that do not: lanes took it across, as `ok`."""
     slack = assemble(turning_back(clearance=1e-3), {"crank_angle": 0.2, "crank_speed": 1.0})

@@ -31,7 +31,7 @@ def kept(joints, elastic, turns, e=2.9e-5):
     return np.abs(found.energy.values / float(found.energy[0]) - 1).max(), int(found.n_events)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_contacts_and_an_elastic_link_keep_energy_over_ten_turns():
     error, events = kept("B", ("coupler",), 10)
     assert events > 1000
@@ -42,7 +42,7 @@ def test_a_closed_loop_keeps_energy_over_ten_turns():
     assert kept("", ("coupler",), 10)[0] < 1e-11
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("joints", "elastic", "turns"),
     [("A", ("coupler",), 3), ("C", ("rocker",), 3), ("BC", ("coupler",), 2), ("B", ALL, 0.2), ("", ALL, 0.2)],
@@ -64,10 +64,8 @@ def balance(joints="B", elastic=("coupler",), turns=5, smooth=None, damping=0.05
     return found, np.abs(found.energy_residual).max() / np.abs(np.diff(found.drive_work)).sum()
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(
-    "changes", [{}, pytest.param({"f": 0.3}, marks=pytest.mark.nightly), {"f": 0.3, "e": LARGE}], ids=str
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize("changes", [{}, {"f": 0.3}, {"f": 0.3, "e": LARGE}], ids=str)
 def test_balance_with_friction_and_damping(changes):
     found, residual = balance(**changes)
     assert residual < 1e-12

@@ -28,7 +28,7 @@ def turns(name, count):
     "name",
     [
         *("A", "B", "C", "B_sticking", "C_constant_speed"),
-        *(pytest.param(n, marks=pytest.mark.long) for n in ("C_without_tension", "damped_at_BC_sticking")),
+        *(pytest.param(n, marks=pytest.mark.nightly) for n in ("C_without_tension", "damped_at_BC_sticking")),
     ],
 )
 def test_balance_over_fifty_turns(name):

@@ -54,7 +54,7 @@ def check_walls(found, half, K, C, tension, slack):
                 assert (u < slack).all()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @FEW
 @given(st.floats(0.2, 3.0), st.floats(0.5, 6.0), st.floats(0.01, 1.2), st.booleans(), starts, tolerances)
 def test_soft_walls(gap, stiffness, ratio, tension, start, rtol):

@@ -90,7 +90,7 @@ return solver.run({SPAN}, {{ samples: {SAMPLES} }});
 """
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_sparse_system_follows_what_grows(single, planned, monkeypatch):
     assert cache.structure_module(planned.structure).SIZES["planned"]
     assert vibration(planned) == pytest.approx(single, rel=0.1)
@@ -98,7 +98,7 @@ def test_a_sparse_system_follows_what_grows(single, planned, monkeypatch):
     assert vibration(planned) < 1e-3 * single
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @needs_node
 def test_a_page_follows_what_grows(case, single, tmp_path):
     script = solver(case.mechanism, initial=case.initial, names=("angular_velocity",))

@@ -76,7 +76,7 @@ def test_cones_left_within_their_rounding_halve_no_steps(number):
     assert found.counts["n_failed"] < 0.025 * found.counts["n_steps"]
 
 
-@pytest.mark.long  # its structure, elastic and without tension, is compiled for it alone
+@pytest.mark.nightly  # its structure, elastic and without tension, is compiled for it alone
 def test_contact_begins_at_the_bearing():
     """Bounces lower than the tolerance of a position: entered late, each of them gained energy."""
     model, found = run(4434, 1e-8)

@@ -56,6 +56,7 @@ def test_clearance_that_vanishes_leaves_the_ideal_slider_crank(joint):
     assert off[0] / off[1] == pytest.approx(2.0, abs=0.2)
 
 
+@pytest.mark.nightly
 def test_a_plate_on_three_bars_keeps_its_energy():
     """Five turns: what closes by four links at a time drifts no more than the rest."""
     start = {"crank_angle": 0.3, "crank_speed": 20.0}
@@ -69,6 +70,7 @@ def test_a_plate_on_three_bars_keeps_its_energy():
     assert abs(motion.angle.sel(link="crank")[-1]) > 9 * np.pi
 
 
+@pytest.mark.nightly
 def test_clearance_beyond_a_plate_on_three_bars():
     """Exponents are those of what moves: memories add none."""
     found = jp.lyapunov(beside_a_group(DRIVE), transient=5, turns=20, exponents="all")
@@ -97,6 +99,7 @@ def bars(elastic=None, **loose):
     return jp.Mechanism(**dict(made) | {"links": tuple(links)})
 
 
+@pytest.mark.nightly
 def test_an_elastic_link_within_a_group_nears_a_rigid_one():
     """Its energy is balanced; damped, its drive's torque nears that of the rigid one as 1/E."""
     run = {"turns": 1, "rtol": 1e-10, "record": ["energy_residual", "drive_work", "drive_torque", "angle"]}
@@ -113,6 +116,7 @@ def test_an_elastic_link_within_a_group_nears_a_rigid_one():
     assert off[0] / off[1] == pytest.approx(4.0, rel=0.1)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ["B", "C"])
 def test_play_within_a_group_opens_it(name):
     """What is left closes by two links at a time, and the energy is balanced."""

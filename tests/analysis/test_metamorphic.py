@@ -187,10 +187,8 @@ def test_a_random_mechanism_moves_alike_in_every_view(number):
 STATES_OF = {"remembering": [("mirrored", MIRROR), ("in other units", TABLE["in other units"])]}
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(
-    "name", [x if x in STATES_OF else pytest.param(x, marks=pytest.mark.nightly) for x in FEW]
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", FEW)
 def test_tangents_and_derivatives_are_those_of_every_view(name):
     """The map of differences of states, and derivatives of the end by gravity."""
     made = scene(chosen(FEW[name]), 1)

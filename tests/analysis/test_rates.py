@@ -112,7 +112,7 @@ def test_every_recorded_quantity_is_right_at_other_tolerances(model, rtol):
     assert wrong(model, rtol) == {}
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_what_holds_a_journal_in_a_rigid_bearing_is_right_as_the_accelerations_are_that_it_follows_from():
     mechanism = under(paper(clearance=2.9e-4), contact=contact("restitution", restitution=0.0))
     span = {"transient": 0.5, "turns": 0.5, "record": ["normal_force", "mode"]}

@@ -52,7 +52,7 @@ def test_energy_is_lost_by_impacts_alone(restitution):
     assert not np.any(found.tangential_force)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_rough_bearing_slips_and_sticks_by_coulombs_law():
     """Friction in lasting contact, in impacts, and in the balance of energy."""
     found = jp.simulate(rigid(0.3, friction=0.3), turns=3, rtol=1e-9, record=[*BALANCE, *TOUCH, SLIDE])
@@ -212,7 +212,7 @@ def test_ideal_rebounds_keep_the_energy(joints):
     assert found.energy.values == pytest.approx(float(found.energy[0]), rel=1e-9)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_tangents_through_impacts(friction):
     """Flights and impacts, against central differences of the motion itself."""

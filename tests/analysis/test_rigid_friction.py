@@ -75,7 +75,7 @@ def test_a_block_slides_to_rest(slope, sense):
     assert np.abs(found["energy_residual"]).max() < 1e-12
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("rtol", [1e-4, 1e-8])
 def test_what_the_last_rebounds_lose_is_in_the_balance(rtol):
     """All that a fall has gained, though rebounds within the tolerance are not followed one by one."""
@@ -201,7 +201,7 @@ def test_time_stepping_moves_alike(restitution, duration):
     assert errors[1] < 0.6 * errors[0] or errors[1] < 1e-4
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("start", "restitution", "duration", "kinds"),
     [
@@ -223,7 +223,7 @@ def test_tangents_are_those_of_neighbours(start, restitution, duration, kinds):
     assert min(apart) < 1e-6
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(("slope", "friction"), [(0.6, F), (0.1, 2.0)])
 def test_derivatives_in_numbers_are_those_of_neighbours(slope, friction):
     """Through two impacts at a corner each: slipping, or stopped, where friction does not count."""

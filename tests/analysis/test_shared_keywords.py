@@ -51,7 +51,7 @@ json.dump({row.name: said(row) for row in KINDS.values()}, sys.stdout)
 """
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_keyword_of_all_analyses_is_three_lines_of_one_file(tmp_path):
     for package in ("jointplay", "jointplay_lab"):
         shutil.copytree(

@@ -126,7 +126,7 @@ def bodies(mechanism, state):
     return np.array(place + moving)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_an_impact_while_another_journal_rests_is_that_of_rigid_bodies():
     """Speeds of all links after it, by multipliers in full coordinates; the resting one pushes or lets go."""
     given, restitution = {"B": E, "C": E}, 0.3
@@ -163,7 +163,7 @@ def test_an_impact_while_another_journal_rests_is_that_of_rigid_bodies():
     assert min(met.values()) > 0
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_two_rigid_bearings_only_lose_energy(friction):
     """The balance closes through impacts beside resting journals; none makes energy."""

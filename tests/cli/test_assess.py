@@ -72,7 +72,7 @@ def found_mechanism():
     return jp.catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_of_a_file_of_another_kind_the_mechanism_alone_is_taken(tmp_path, capsys):
     path = tmp_path / "motion.toml"
     path.write_text(f'kind = "response"\nname = "mine"\n{MECHANISM}[analysis]\nturns = 5\n', encoding="utf-8")
@@ -81,7 +81,7 @@ def test_of_a_file_of_another_kind_the_mechanism_alone_is_taken(tmp_path, capsys
     assert not (tmp_path / "mine.nc").exists()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_study_of_the_kind_keeps_its_name_and_settings(tmp_path, capsys):
     path = tmp_path / "motion.toml"
     lines = "\n".join(each.removeprefix("analysis.") for each in BRIEF)

@@ -8,7 +8,7 @@ from jointplay.solver.codegen.cache import digest
 from tests.support.program import jointplay
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_cache_is_listed_and_pruned_down_to_what_is_in_use(tmp_path):
     old = tmp_path / "0123456789abcdef"
     old.mkdir()

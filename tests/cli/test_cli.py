@@ -162,7 +162,7 @@ def test_a_stored_result_is_drawn_again(study, calls, tmp_path):
     assert cli.main(["figure", str(path), "--out", str(path / "below" / "x.pdf")]) == 2
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_check_and_list_and_schema(study, calls, tmp_path, capsys):
     assert cli.main(["check", str(study)]) == 0
     assert "chunmei2002" in capsys.readouterr().out

@@ -167,7 +167,7 @@ def random_presses(tmp_path, dataset, times, act):
 MANY = [12, pytest.param(200, marks=pytest.mark.nightly)]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("times", MANY)
 def test_at_random_moments_of_storing_it_is_stored_or_not_and_never_hangs(large, tmp_path, times):
     came = random_presses(tmp_path, large, times, lambda path: store.write_result(large, path))
@@ -284,7 +284,7 @@ sys.exit(cli.main([]))
 """
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_where_compiled_code_goes_on_the_process_ends_without_it():
     done = subprocess.run([sys.executable, "-c", STUCK], capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stdout) == (130, "")

@@ -61,7 +61,7 @@ PYTHON = {
 }
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("command", ROWS, ids=" ".join)
 def test_a_command_loads_what_it_needs(command, tmp_path):
     (tmp_path / "quickstart.toml").write_text(QUICKSTART.read_text())
@@ -70,13 +70,13 @@ def test_a_command_loads_what_it_needs(command, tmp_path):
     hold(COMMAND, tmp_path, command, *ROWS[command])
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("code", PYTHON)
 def test_a_call_loads_what_it_needs(code, tmp_path):
     hold(code, tmp_path, (), *PYTHON[code])
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_result_that_is_there_is_compared_by_its_attributes(tmp_path):
     """Before a run writes over it; the second look costs no xarray."""
     text = QUICKSTART.read_text()

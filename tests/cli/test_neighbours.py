@@ -37,7 +37,7 @@ def test_the_command_line_runs_none_of_them(beside):
     assert not (beside / "ran").exists()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_workers_run_none_of_them(beside):
     command = [sys.executable, "-P", "-c", CELLS]
     done = subprocess.run(command, cwd=beside, capture_output=True, text=True, timeout=300)

@@ -26,7 +26,7 @@ def test_all_answers_of_this_installation_are_right(capsys):
     assert lines[-1] == "all 5 answers are right"
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("place", range(5))
 def test_a_truth_that_is_broken_is_named(place, capsys, monkeypatch):
     """As is an error in its place; what is far beyond the error of a stored value is wrong."""

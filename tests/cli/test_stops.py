@@ -21,7 +21,7 @@ from tests.support.study_samples import SOFT
 STUDIES = Path(__file__).parents[2] / "studies"
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_run_out_of_steps_keeps_and_draws_what_it_has(tmp_path):
     words = ["run", STUDIES / "quickstart.toml", "--out", tmp_path, "--set", "analysis.transient=0"]
     done = jointplay(*words, "integrator.max_steps=1500", "analysis.turns=30", "figure.turns=1")
@@ -36,7 +36,7 @@ def test_a_run_out_of_steps_keeps_and_draws_what_it_has(tmp_path):
     assert (tmp_path / "quickstart.png").exists()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_section_that_stops_in_the_transient_is_still_a_result(tmp_path):
     words = ["run", STUDIES / "paper" / "fig12c.toml", "--out", tmp_path]
     done = jointplay(*words, "--set", "integrator.max_steps=50")

@@ -360,7 +360,7 @@ def once(tmp_path_factory):
         return made(place.folder())
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_loop_is_made_once_and_in_a_process_of_its_own(unloaded, here, monkeypatch, capsys):
     path = made(here)
     before = path.stat().st_mtime_ns
@@ -381,7 +381,7 @@ def test_a_loop_that_is_not_as_it_was_written_is_made_anew(once, unloaded, here,
     assert upkeep.verify()[1] == 0
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_no_file_of_the_current_folder_is_imported_where_kernels_compile(
     unloaded, tmp_path, monkeypatch, capsys
 ):

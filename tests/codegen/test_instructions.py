@@ -346,7 +346,7 @@ def g(part, n):
         assert np.array_equal(ours, theirs)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("processor", ["x86-64", "x86-64-v3"])
 def test_code_for_another_processor_does_the_same(processor):
     kind = objects.target()._replace(cpu=processor, features="")

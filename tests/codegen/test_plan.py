@@ -45,7 +45,7 @@ def test_factors_make_newtons_matrix(model):
                 assert np.all(error <= 1e-9 * scale)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_modes_are_eliminated_without_fill():
     """Of 12 modes and three angles: each mode meets itself and the angles, and no mode meets another."""
     model = assemble(catalog.chunmei2002(elastic=("crank", "coupler", "rocker")))
@@ -58,7 +58,7 @@ def test_modes_are_eliminated_without_fill():
     assert len(slip.filled()) == 65
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("elastic", [(), ("coupler",)])
 def test_only_many_unknowns_are_planned(elastic):
     sizes = plain(assemble(catalog.chunmei2002(elastic=elastic)).structure).SIZES

@@ -34,7 +34,7 @@ print(two.structure, hashlib.sha256("".join(texts).encode()).hexdigest())
 """
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_text_does_not_depend_on_the_hash_seed():
     processes = [
         subprocess.Popen(

@@ -28,7 +28,7 @@ def words(line):
     return re.sub(r"\s+", " ", NUMBER.sub("#", line)).strip()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_page_is_what_a_run_prints(made):
     text = (ROOT / "docs" / "analyses.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^```\w*\n(.*?)^```$", text, re.S | re.M)

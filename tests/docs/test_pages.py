@@ -30,7 +30,7 @@ FOLLOWED = {  # pages that are done as they say, and whether that takes more tha
     "how-to/change-figure.md": True,
     "how-to/other-programs.md": True,
 }
-RUN = [pytest.param(name, marks=pytest.mark.long if slow else ()) for name, slow in FOLLOWED.items()]
+RUN = [pytest.param(name, marks=pytest.mark.nightly if slow else ()) for name, slow in FOLLOWED.items()]
 WORDS = {  # of a page at most, with its tables and code: what tables of keys say is said there alone
     "study-files": 3200,
     "validation": 3080,

@@ -75,7 +75,7 @@ def test_drag_alone(joints):
         assert np.abs(rate - theirs).max() < 1e-11 * np.abs(theirs).max()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_guards_are_what_their_names_say():
     system, model = pair("BC", tension=False)
     y = scattered(system, 5)

@@ -265,14 +265,10 @@ PLAY = [
 ]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("name", "loose", "drive"),
-    [
-        pytest.param(*play, drive, marks=() if play == ("stephenson", "D") and drive == "motor" else SLOW)
-        for play in PLAY
-        for drive in ("speed", "motor")
-    ],
+    [(*play, drive) for play in PLAY for drive in ("speed", "motor")],
 )
 def test_clearance_beside_ideal_loops(name, loose, drive):
     """At states out of the ideal mechanism's, in contact and slipping."""

@@ -71,7 +71,7 @@ def test_without_a_finite_value(text):
         number(text, {})
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @given(st.text(alphabet="x1.e+-*/(), sincotaxm^_=[]'ω\n", max_size=40) | st.text(max_size=40))
 def test_any_text_is_an_expression_or_is_refused(text):
     try:

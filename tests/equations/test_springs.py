@@ -61,7 +61,7 @@ CASES = [  # joints with play, parts, what bends
 ]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(("joints", "parts", "soft"), CASES)
 def test_forces_of_a_four_bar_are_slopes_of_the_energy(joints, parts, soft):
     if soft:
@@ -97,7 +97,7 @@ def test_forces_are_slopes_of_the_energy(clearance):
     check_slopes(assemble(given, at(given, [0.3, -0.9], [0.0, 0.0])))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_balance_of_energy_closes():
     sprung = double(
         gravity=9.8,

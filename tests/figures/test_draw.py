@@ -133,7 +133,7 @@ def test_settings_of_the_user_do_not_change_a_figure(tmp_path):
         assert saved("dark.png") == plain
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_saved_files_embed_fonts_and_are_reproducible(tmp_path):
     for suffix in ("pdf", "svg"):
         files = [tmp_path / f"{name}.{suffix}" for name in "ab"]

@@ -81,7 +81,7 @@ def test_a_text_with_characters_changed(text, data, tmp_path_factory):
     said(written(tmp_path_factory.getbasetemp(), changed))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @settings(max_examples=150, deadline=None)
 @given(seed=SEEDS)
 def test_a_study_with_its_tables_changed(seed, tmp_path_factory):
@@ -90,7 +90,7 @@ def test_a_study_with_its_tables_changed(seed, tmp_path_factory):
     said(written(tmp_path_factory.getbasetemp(), files.dumped(table)))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @settings(max_examples=60, deadline=None)
 @given(seed=SEEDS)
 def test_any_key_set_to_anything_on_the_command_line(seed, tmp_path_factory):
@@ -100,6 +100,7 @@ def test_any_key_set_to_anything_on_the_command_line(seed, tmp_path_factory):
     said(written(tmp_path_factory.getbasetemp(), text), "--set", change)
 
 
+@pytest.mark.long
 @given(seed=SEEDS)
 @settings(max_examples=30, deadline=None)
 def test_what_is_written_is_what_was_changed(seed):

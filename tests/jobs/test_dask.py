@@ -67,7 +67,12 @@ def nursery():
     [
         *(CELLS, CHAINS, pytest.param(MAP, marks=pytest.mark.nightly)),
         *(
-            pytest.param(KINDS[k], marks=pytest.mark.nightly if k in (*SLOW, "tipping") else ())
+            pytest.param(
+                KINDS[k],
+                marks=pytest.mark.nightly
+                if k in (*SLOW, "tipping", "covariant", "gradient", "tolerances")
+                else (),
+            )
             for k in KINDS
         ),
     ],

@@ -264,7 +264,7 @@ def test_each_kind_with_cells_inside_is_called_so():
     }
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_varied_analyses_keep_theirs_to_themselves(tmp_path):
     text = PLANE + "\n[vary]\ngap = [3.0, 3.2]\n"
     found = kept(text, tmp_path, jobs=2)

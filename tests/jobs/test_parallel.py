@@ -75,6 +75,7 @@ def test_an_error_ends_the_workers_and_a_dead_one_does_not_spoil_the_next():
     assert found[1:] == [3]
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="reads the processes of Linux")
 def test_workers_end_with_the_process_that_sent_their_calls(tmp_path):
     sender = subprocess.Popen([sys.executable, "-P", "-c", SENDER], cwd=tmp_path)

@@ -122,7 +122,7 @@ def test_the_stored_torques_of_siconos_follow_from_the_controller():
         assert pulled + names[""] == pytest.approx(torque, rel=5e-8)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ANSWERS)
 def test_every_answer_takes_what_the_benchmark_hands_over(name):
     """A motion that its steps end at once is told, with every digit missing."""

@@ -24,7 +24,7 @@ def table():
     return readings(panels=("b", "c"), readings=("as_printed", "no_tension", "diametral_clearance"), **SHORT)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_every_variable_says_what_it_is(table):
     assert table.sizes == {"panel": 2, "reading": 3, "point": 200}
     assert table.clearance.values.tolist() == [2.9e-5, 2.9e-4]
@@ -45,6 +45,7 @@ def test_what_is_found_of_the_panels(table):
     assert float(c.growth) > 3 * float(c.growth_standard_error)
 
 
+@pytest.mark.nightly
 def test_the_points_are_the_last_of_the_section(table):
     one = table.sel(panel="b", reading="as_printed")
     cut = jp.poincare(PRINTED, turns=1, transient=53, rtol=1e-10)
@@ -114,7 +115,7 @@ def test_start_up_drops_nothing():
     assert float(later.contact_fraction) == 1
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_coarse_steps_smear_a_point_and_nothing_more():
     found = coarse(PRINTED, turns=12, transient=12, tolerance=1e-4, growth_turns=40)
     spread = np.ptp(found["points"], axis=0).max()

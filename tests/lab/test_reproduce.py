@@ -165,7 +165,7 @@ def test_in_worker_processes(tmp_path):
         xr.testing.assert_identical(a.drop_vars("wall_time"), b.drop_vars("wall_time"))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_killed_run_goes_on_where_it_was(tmp_path, monkeypatch):
     """Cells that an earlier run finished do not run again, unless they are to be dropped."""
     place, out, begun, begin = tmp_path / "studies", tmp_path / "out", [], worker.Notes.begin

@@ -49,6 +49,7 @@ def test_errors_are_those_of_the_scheme_s_own_dataset(ideal):
         assert ideal[f"pass_{name}_error"].values[0, 0, -1] == pytest.approx(float(value), rel=1e-6)
 
 
+@pytest.mark.nightly
 def test_work_and_precision(ideal):
     errors = ideal.scheme_error.values
     assert np.all(ideal.windows_used == 1)

@@ -81,7 +81,7 @@ def cases():
     return [draw(PRINTED, k, seed=1) for k in range(CORNERS, CORNERS + 300)]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_random_scenes_fill_their_ranges(cases):
     joints = [case.mechanism.joint("B") for case in cases]
     for values, span in (
@@ -97,6 +97,7 @@ def test_random_scenes_fill_their_ranges(cases):
     assert 0.15 < np.mean([joint.contact.damping == 0 for joint in joints]) < 0.35
 
 
+@pytest.mark.long
 def test_the_journal_lies_as_drawn(cases):
     for case in cases:
         r, clearance = abs(journal(case)), case.mechanism.joint("B").clearance
@@ -175,7 +176,7 @@ def test_a_series_of_all_variants_has_every_law_and_every_kind_of_joint_drive_an
     }
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_every_pair_of_laws_is_as_frequent_as_any_other(all_sorts):
     rows = [(variant, laws) for variant in VARIANTS for laws in pairs(variant)]
     found = Counter(case.contact_law for case in all_sorts)

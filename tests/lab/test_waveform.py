@@ -106,15 +106,13 @@ def rubbing(**friction):
     return LOOSE.model_copy(update={"joints": tuple(joints)})
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("mechanism", "angle", "turn", "duration"),
     [
         (LOOSE, 0.0, 0, 4.9e-4),
         (rubbing(coefficient=0.3), 1.0, 2, 3e-4),
-        pytest.param(
-            rubbing(law="tanh", velocity=0.5, coefficient=0.3), 1.0, 2, 3e-4, marks=pytest.mark.nightly
-        ),
+        (rubbing(law="tanh", velocity=0.5, coefficient=0.3), 1.0, 2, 3e-4),
     ],
     ids=["flight", "contact", "friction that follows the speed"],
 )

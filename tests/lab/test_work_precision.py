@@ -70,7 +70,7 @@ def test_the_jacobian_is_the_derivative_of_the_rates(mode):
         assert J[:, k] == pytest.approx(found, rel=1e-5, abs=1e-6 * np.abs(J).max())
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_differences_by_lanes_are_the_jacobian():
     equations, t, y = touching()
     away = 1e-7 * equations.model.absolute
@@ -147,6 +147,7 @@ def test_errors_fall_with_the_tolerance(compared):
     assert np.all(compared.timed_runs == 0)
 
 
+@pytest.mark.nightly
 def test_the_truth_is_confirmed_by_the_peer_that_comes_closest(compared):
     errors = compared.error.sel(solver=list(PEERS)).values[:, -1]
     assert compared.truth_confirmed == 1
@@ -194,6 +195,7 @@ def test_other_equations_are_told_by_the_state(monkeypatch):
     assert found.attrs["truth_confirmed_by"] == "none"
 
 
+@pytest.mark.long
 def test_other_events_are_told(monkeypatch):
     right = Equations.after_event
 

@@ -220,6 +220,7 @@ def test_a_bare_clearance_is_that_of_the_only_joint_that_can_have_one():
     assert Parameter(guided, "clearance").value == 5e-4
 
 
+@pytest.mark.long
 def test_several_that_change_alike_are_one_parameter_wherever_one_is_named():
     """A coupler cannot be longer than where its far joint sits, but both can be moved at once."""
     mechanism, key = (

@@ -140,7 +140,7 @@ def compare(system, periods, sizes, needed, matters):
     assert wrong >= 0.5 * compared if matters else wrong == 0
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_elastic_coupler():
     """Many unknowns: the algebra by plan. Below 4e-6 the quotients see rounding in stiff modes."""
     mechanism, compared = catalog.chunmei2002(elastic=("coupler",), **LOOSE), 0

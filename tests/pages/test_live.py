@@ -41,8 +41,8 @@ def stands_for(key, mechanism):
     "mechanism",
     [
         jp.catalog.duffing(),
-        pytest.param(linkage(), marks=pytest.mark.long),
-        pytest.param(jp.catalog.slider_crank(), marks=pytest.mark.long),
+        pytest.param(linkage(), marks=pytest.mark.nightly),
+        pytest.param(jp.catalog.slider_crank(), marks=pytest.mark.nightly),
     ],
     ids=repr,
 )

@@ -74,7 +74,7 @@ def test_a_motion_is_followed_drawn_and_judged_by_the_stated_rules(chromium, pag
     assert page.stat().st_size < 1.5e6
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_periods_and_chaos_are_told_apart(chromium, page):
     opened(chromium, page, "#live=gear_ratio:3.2")
     said(chromium, "The motion repeats every 2 turns")
@@ -85,7 +85,7 @@ def test_periods_and_chaos_are_told_apart(chromium, page):
     assert complaints(chromium) == []
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_sliders_work_by_keys_and_stand_in_the_address(chromium, page):
     opened(chromium, page)
     until(chromium, f"{SETTLED}100")
@@ -205,7 +205,7 @@ def test_force_and_impact_speed_are_drawn_over_the_slider(chromium, page):
     assert complaints(chromium) == []
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_verdict_of_an_assessment_s_page_moves_with_the_slider(chromium, with_fake, tmp_path):
     path, _ = jp.report(assessment(), tmp_path / "assessed.html", mechanism=linkage())
     opened(chromium, path)
@@ -222,7 +222,7 @@ def test_the_verdict_of_an_assessment_s_page_moves_with_the_slider(chromium, wit
     assert complaints(chromium) == []
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_map_shows_the_periods_over_two_sliders(chromium, page):
     opened(chromium, page, "#scan=16+300+gear_ratio+2.6+3.6+damping.B+0+1000")
     until(chromium, "return document.getElementById('scan-said').textContent.startsWith('256 of 256')")
@@ -270,6 +270,7 @@ def test_a_diagram_is_the_same_on_any_number_of_processors(chromium, page):
     assert pictures.pop() > 0
 
 
+@pytest.mark.nightly
 def test_a_diagram_can_be_stopped(chromium, page):
     opened(chromium, page, "#scan=1000 5000 gear_ratio 2.5 4")
     until(chromium, "return !document.getElementById('scan-stop').disabled")
@@ -327,7 +328,7 @@ def test_a_phone_shows_it_without_scrolling_sideways(chromium, page):
         chromium.set_window_size(size["width"], size["height"])
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_click_in_a_stored_diagram_leads_the_sliders_there(chromium, with_fake, tmp_path):
     path, _ = jp.report(diagram(), tmp_path / "sweep.html", mechanism=linkage())
     opened(chromium, path)
@@ -342,7 +343,7 @@ def test_a_click_in_a_stored_diagram_leads_the_sliders_there(chromium, with_fake
     assert complaints(chromium) == []
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_clicked_point_shows_force_and_path_from_its_stored_state(chromium, with_fake, tmp_path):
     stored = diagram()
     last = np.linspace(0.2, 0.6, stored["period"].size).reshape(stored["period"].shape)
@@ -368,7 +369,7 @@ def test_a_clicked_point_shows_force_and_path_from_its_stored_state(chromium, wi
     assert complaints(chromium) == []
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_point_beyond_the_sliders_is_said_not_to_be_computed(chromium, with_fake, tmp_path):
     far = diagram().assign_coords(clearance=100 * diagram()["clearance"])
     path, _ = jp.report(far, tmp_path / "far.html", mechanism=linkage())

@@ -31,7 +31,7 @@ def page(tmp_path_factory):
     return jp.report(diagram(), tmp_path_factory.mktemp("pages") / "sweep.html")[0]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_page_of_others_text_opens_from_a_file_without_a_word(chromium, page):
     opened(chromium, page)
     assert complaints(chromium) == []
@@ -62,6 +62,7 @@ def test_a_click_shows_the_point_that_is_nearest_and_how_to_compute_it_again(chr
     assert complaints(chromium) == []
 
 
+@pytest.mark.nightly
 def test_arrow_keys_move_the_point_and_stop_at_the_ends(chromium, page):
     opened(chromium, page, "#cell=3")
     body = chromium.switch_to.active_element
@@ -99,7 +100,7 @@ def test_a_dragged_part_is_looked_at_and_stands_in_the_address(chromium, page):
     assert complaints(chromium) == []
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_places_on_an_axis_of_another_scale_lie_between_its_values(chromium, tmp_path):
     dataset, _ = PICTURES["lyapunov"]()
     opened(chromium, jp.report(dataset, tmp_path / "exponents.html")[0])
@@ -155,7 +156,7 @@ def test_the_mechanism_moves_where_its_angles_say(chromium, tmp_path):
     assert complaints(chromium) == []
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_hundred_thousand_points_are_an_image_in_a_small_page(chromium, tmp_path):
     path, _ = jp.report(section(100_000), tmp_path / "points.html")
     assert path.stat().st_size < 2e6
@@ -170,7 +171,7 @@ def test_without_scripts_the_picture_is_there(page):
     assert 'src="data:image/png;base64,iVBOR' in inside
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_command_of_a_point_computes_it_again(chromium, tmp_path, monkeypatch):
     whole = ran(loaded(CELLS), tmp_path / "out")
     path, _ = jp.report(whole, tmp_path / "cells.html")
@@ -185,7 +186,7 @@ def test_the_command_of_a_point_computes_it_again(chromium, tmp_path, monkeypatc
     assert again.lyapunov_exponent.identical(wanted.lyapunov_exponent)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_sweep_that_has_no_diagram_is_gone_through_by_its_slider(chromium, tmp_path):
     histories = ran(
         loaded(CELLS.replace("lyapunov", "response"), "analysis.samples_per_turn=20"), tmp_path / "out"

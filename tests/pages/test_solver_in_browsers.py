@@ -11,7 +11,7 @@ from jointplay_page import live
 from tests.pages.browsing import complaints, opened, text, until
 from tests.pages.test_live_in_browser import MOTIONS, SAID, SETTLED, exponent
 
-pytestmark = [pytest.mark.long, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.nightly, pytest.mark.timeout(600)]
 TURNS = 2
 TWO_TURNS = f"""
 const {{ text, solver }} = jointplay.data.live;

@@ -24,7 +24,8 @@ SCENES = {
 START = {"crank_angle": 0.3, "crank_speed": 60.0}
 
 
-@pytest.mark.parametrize("name", ["slider_crank", pytest.param("stephenson", marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", SCENES)
 def test_impacts_and_forces_are_exudyn_s(name):
     mechanism, end = free(SCENES[name][0]), SCENES[name][1]
     at = np.linspace(0.0, end, 1001)

@@ -37,12 +37,10 @@ LEFT = {"separation", "impact"}
 
 
 def marked(cell):
-    """A cell of the default tests, a long one of the plainest two laws, or a nightly one."""
+    """A cell of the default tests, or a nightly one."""
     place, laws, elastic = cell
     name = "-".join([place, *laws, "elastic" if elastic else "rigid"])
-    often = not elastic and laws[0] in ("kelvin_voigt", "restitution")
-    long = pytest.mark.long if often else pytest.mark.nightly
-    return pytest.param(*cell, id=name, marks=[] if cell in QUICK else long)
+    return pytest.param(*cell, id=name, marks=[] if cell in QUICK else pytest.mark.nightly)
 
 
 def starts(model):
@@ -86,7 +84,7 @@ def test_tangents_are_those_of_neighbours(scene, pair, elastic):
     assert met & LEFT
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("pair", PAIRS[:1], ids="-".join)
 def test_a_sweep_has_an_exponent(pair):
     """Two clearances from one start, for so few turns that tolerances as far apart follow one motion."""

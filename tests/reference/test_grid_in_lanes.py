@@ -144,6 +144,7 @@ SHAKE = {"name": "s", "kind": "torque", "link": "coupler", "frequency": 50.0}
 SHAKE |= {"harmonics": [{"order": 1, "sine": 0.2}]}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "changes", [{"speed": 60.0}, {"loads": [SHAKE | {"constant": 0.1}]}], ids=["speed", "loads"]
 )
@@ -225,7 +226,6 @@ SYSTEMS = {
     "two phases": lambda: jp.System(**TWO_PHASES),
     "jumps": lambda: jp.System(**JUMPING),
 }
-OFTEN = ("Duffing", "impact pair")  # structures that other tests compile
 MANY, SAME = 1000, 1e-7
 
 
@@ -243,10 +243,8 @@ def sorts(name):
     return scenes, request
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(
-    "name", [pytest.param(each, marks=[] if each in OFTEN else pytest.mark.nightly) for each in SYSTEMS]
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", SYSTEMS)
 def test_own_equations_are_as_one_by_one(name):
     scenes, request = sorts(name)
     assert not any(exclusion(each, request) for each in scenes)

@@ -154,13 +154,14 @@ SCENES = {
         lanes="rigid_impacts",
     ),
 }
-DEAREST = "corners of a guide"
+DEAREST = ("corners of a guide", "linkage touches", "linkage rubs", "rigid bearing", "rough rigid bearing")
+DEAREST += ("two rigid bearings",)
 QUICK = ("stick begins and ends", "impact while another wall holds", "sliding")
 
 
 def marked(names, quick=QUICK):
     """Names of scenes as cases, all but the quick ones long, the dearest nightly."""
-    marks = lambda name: pytest.mark.nightly if name == DEAREST else pytest.mark.long  # noqa: E731
+    marks = lambda name: pytest.mark.nightly if name in DEAREST else pytest.mark.long  # noqa: E731
     return [name if name in quick else pytest.param(name, marks=marks(name)) for name in names]
 
 

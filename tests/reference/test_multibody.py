@@ -134,7 +134,7 @@ def test_a_pendulum_swings_as_the_elliptic_integral_says(direction):
     assert system.solve(0.0, states[0], []).reactions["O"][:2] == pytest.approx(pull, rel=1e-10, abs=1e-9)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_double_pendulum_on_springs_keeps_its_energy():
     ends = Marker("lower", (0.3, 0.0)), Marker(GROUND, (0.4, 0.1))
     loads = [

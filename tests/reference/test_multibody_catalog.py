@@ -18,7 +18,7 @@ def preset(name, **changes):
     return getattr(jp.catalog, name)(**changes)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", PRESETS)
 def test_the_ideal_preset_moves_and_is_held_as_the_second_program_says(name):
     mechanism = preset(name, clearance=0)
@@ -91,7 +91,7 @@ def test_slides_are_what_the_second_program_measures():
         agree(found.slide_velocity.sel(joint=guide).values, [x.slide_rate for x in seen], 1e-11, guide)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_virtual_work_of_the_drive():
     """At constant speed the torque's work is the change of energy, which the second program has too."""
     for name in PRESETS:

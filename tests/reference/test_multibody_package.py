@@ -61,7 +61,7 @@ def same_motion(found, system, states, solved, tolerance):
         agree(found[word].values, mine, tolerance, word)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("changes", [{"gear_ratio": 3.0}, {"speed": -60.0, "branch": "lower"}], ids=str)
 def test_the_mechanism_without_play(changes):
     """A third of a turn: motion, forces at all four joints, and the torque."""

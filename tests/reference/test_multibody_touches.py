@@ -37,7 +37,7 @@ def test_a_body_bounces_in_its_bearing_as_the_law_s_integral(tension):
     assert state[3:5] == pytest.approx([-0.6 * v * e_r, -0.8 * v * e_r], rel=1e-10)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", [Revolute, Prismatic])
 def test_two_bodies_that_rattle_keep_energy_and_momentum(kind):
     """Journal and bearing, or slider and guide, both moving and off their bodies' lines, without damping."""
@@ -85,7 +85,7 @@ def test_a_slider_lands_flat_on_either_face_with_two_corners(side):
     assert abs(state[5]) < 1e-9
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_block_slides_down_a_guide_with_friction():
     """After it has settled: corners carry the weight by levers, speed grows by g (sin − f cos)."""
     slope, f, m, g = 0.5, 0.2, 0.5, 9.8
@@ -146,7 +146,7 @@ def test_rebounds_end_at_rest_when_their_series_does(far, monkeypatch):
     assert events[-1].time == pytest.approx(series, rel=1e-3)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("rigid", [False, True])
 def test_a_block_that_goes_up_a_slope_turns_back(rigid):
     """By dry friction: it stops by g (sin + f cos), and goes down by g (sin − f cos)."""
@@ -169,7 +169,7 @@ def test_a_block_that_goes_up_a_slope_turns_back(rigid):
     assert modes[2:] == [("rest" if rigid else "slip") + "+"] * 2
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("axial", [False, True])
 def test_a_bent_body_that_tumbles_keeps_energy_and_moment_of_momentum(axial):
     """Free, bent and stretched at the start, without damping; its modes are those of a pinned beam."""

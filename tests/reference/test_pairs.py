@@ -49,7 +49,7 @@ def marked(number, choice):
     return pytest.param(number, id="-".join([str(number), *choice.values()]), marks=marks)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("number", [marked(*each) for each in enumerate(DESIGN)])
 def test_features_together_are_what_the_bodies_say(number):
     choice = DESIGN[number]
@@ -79,7 +79,7 @@ def test_every_level_is_in_some_pair_and_every_refusal_has_a_reason():
     assert lanes - {"lanes make section points"} <= {*EXCLUSIONS}
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_what_is_said_to_fit_is_accepted():
     for number, choice in enumerate(DESIGN):
         started(choice, number)

@@ -72,7 +72,7 @@ def again(name):
             assert row[key] == pytest.approx(known, rel=1e-9, abs=3 * (error + row["confirmed_error"]))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", QUICK)
 def test_rows_made_anew_are_those_stored(name):
     again(name)

@@ -27,7 +27,7 @@ analysis = { turns = 1 }
 MANY = pytest.param(2000, marks=[pytest.mark.nightly, pytest.mark.timeout(7200)])
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("files", [20, MANY])
 def test_no_damaged_file_ends_in_a_traceback(files):
     counts, wrong = damage.run(files, seed=files)
@@ -102,6 +102,7 @@ def test_a_fault_of_our_own_is_not_called_the_files(tmp_path, monkeypatch):
         jp.summary(jp.open(tmp_path / "b.nc"))
 
 
+@pytest.mark.long
 def test_what_a_users_progress_raises_stays_as_it_is(tmp_path):
     def progress(_):
         raise LookupError("mine")

@@ -111,8 +111,8 @@ return solver.run(3, { samples: 3 * 1024, extremes: true }).largest;
 """
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", ["sticking", *map(long, ("C", "slow", "two joints"))])
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", ["sticking", "C", "slow", "two joints"])
 def test_largest_forces_and_impact_speeds_are_those_of_the_program(name, tmp_path):
     """As pages look for them, against samples sixteen times as dense, which meet events by the way."""
     mechanism = PAPER(gear_ratio=14.0) if name == "slow" else SCENES[name]()
@@ -175,14 +175,14 @@ SLOPED = {"clearance.G": 5e-5, "length.crank": 0.06, "length.rod": 0.14, "mass.r
 BENT = {"clearance.B": 1e-4, "length.crank": 0.028, "length.coupler": 0.19, "mass.coupler": 0.2}
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("name", "values"),
     [
         ("C", CHANGED),
         ("slider-crank", SLID),
-        pytest.param("guide", SLOPED, marks=pytest.mark.nightly),
-        pytest.param("elastic", BENT, marks=pytest.mark.nightly),
+        ("guide", SLOPED),
+        ("elastic", BENT),
     ],
 )
 def test_numbers_follow_the_sliders_as_they_follow_a_study(name, values, tmp_path):
@@ -227,7 +227,7 @@ def test_what_is_refused_is_told_in_words(tmp_path):
     assert found["rocker"] == 0.06
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_sliders_of_a_drawing_move_one_number_each():
     """Stiffness follows the clearance by no form that a page could have: there it stays, as masses do."""
     base = jp.catalog.slider_crank()
@@ -239,7 +239,7 @@ def test_sliders_of_a_drawing_move_one_number_each():
     assert {"clearance.B", "mass.rod", "inertia.rod"} <= {each["key"] for each in data["parameters"]}
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_lengths_end_where_the_crank_can_no_longer_turn():
     """Grashof: the crank is the shortest, and with the longest no longer than the other two together."""
     given = {each["key"]: each for each in solver(SCENES["C"]()).data["parameters"]}
@@ -269,7 +269,7 @@ def test_a_text_is_translated_once_for_a_structure(monkeypatch):
         solver_text(structure, ("angle:rocker",))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", ["C", "slider-crank"])
 def test_places_of_links_are_those_of_the_package(name, tmp_path):
     mechanism = SCENES[name]()
@@ -335,7 +335,7 @@ return { state, pieces, later, calls, done, events: on.events.length, section };
 """
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_run_goes_on_after_its_budget_and_from_a_given_state(tmp_path):
     script = solver(SCENES["C"](), section=jp.CrankAngle())
     found = ran(script.text, script.data, STAYS, tmp_path)

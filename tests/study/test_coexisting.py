@@ -50,7 +50,7 @@ def some(kinds):
     return [pytest.param(k, marks=pytest.mark.nightly) if k in SLOW else k for k in kinds]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_killed_study_goes_on_and_a_value_more_runs_alone(tmp_path, monkeypatch):
     whole = run(loaded(STUDY), jobs=1)
     assert same(ran(loaded(STUDY), tmp_path / "kept"), whole)
@@ -66,7 +66,7 @@ def test_a_killed_study_goes_on_and_a_value_more_runs_alone(tmp_path, monkeypatc
     assert 0 < len(more) < len(cells)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", some(KINDS))
 def test_parts_make_the_whole(kind, tmp_path):
     for number in (1, 2):
@@ -87,7 +87,7 @@ def test_neither_workers_nor_the_order_of_cells_and_parts_show(kind, tmp_path, m
     assert same(ran(loaded(KINDS[kind]), tmp_path, jobs=2), whole)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", some(["covariant", "tipping"]))
 def test_a_kill_between_two_cells_costs_neither(kind, tmp_path, monkeypatch):
     monkeypatch.setattr(worker, "BATCH", 0.0)

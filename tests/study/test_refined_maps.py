@@ -61,6 +61,7 @@ def begun(monkeypatch, act=lambda number: None):
     return keys
 
 
+@pytest.mark.long
 def test_computed_points_are_those_of_the_whole_map(whole, tmp_path):
     out, found = whole
     everywhere = ran(loaded(MAP, "analysis.refine=0"), tmp_path)

@@ -105,7 +105,7 @@ def test_what_an_interrupted_run_has_left_is_told(run, tmp_path):
     assert f"partial  {path}" in run("status")[1]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_values_that_are_added_to_a_sweep_go_into_its_result(study, tmp_path, capsys):
     study.write_text(CELLS)
     words = ["run", str(study), "--out", str(tmp_path / "out"), "--no-figure"]

@@ -26,14 +26,14 @@ def test_every_table_of_the_schema_is_closed():
     assert all(table["additionalProperties"] is False for table in tables.values())
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_catalogs_tables_are_made_once_for_all_kinds_of_study(monkeypatch):
     first = schema()
     monkeypatch.setattr(mechanism_table, "create_model", lambda *_, **__: pytest.fail("it is made again"))
     assert schema() == first
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["ResponseStudy", "SectionStudy"])
 def test_a_name_is_not_required_and_bounds_are_said(kind):
     table = schema()["$defs"][kind]

@@ -277,12 +277,12 @@ def test_parts_put_together_are_the_whole(name, whole, tmp_path, capsys):
         assert cli.main(["run", *words, "--part", share]) == 2
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_without_a_folder_a_study_gives_the_same(whole):
     assert same(run(loaded(CELLS)), whole["cells"])
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_ctrl_c_stops_soon_and_says_how_to_go_on(tmp_path):
     path = tmp_path / "cells.toml"

@@ -44,7 +44,7 @@ def whole(tmp_path_factory):
     return ran(loaded(MAP), tmp_path_factory.mktemp("whole"))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_lanes_are_taken_where_motions_fill_them(whole):
     assert (whole.followed == 1).all()
     assert whole.followed.attrs["flag_meanings"].startswith("one_by_one in_lanes left_lanes")
@@ -57,6 +57,7 @@ def ran_in_memory(text, *changes):
     return jp.bifurcation(record.mechanism, n_jobs=1, **record.keywords())
 
 
+@pytest.mark.long
 def test_chains_in_lanes_are_those_one_by_one(whole):
     alone = ran_in_memory(MAP, "integrator.ensemble=false")
     for name in ("cell_status", "impacts", "separations", "mode_word"):
@@ -103,6 +104,7 @@ def test_a_killed_run_goes_on_where_it_was(count, whole, tmp_path, monkeypatch):
     assert same(ran(study, tmp_path), whole)
 
 
+@pytest.mark.long
 def test_parts_make_the_whole(whole, tmp_path):
     (tmp_path / "map.toml").write_text(MAP)
     words = ["run", str(tmp_path / "map.toml"), "--out", str(tmp_path), "--jobs", "1", "--no-figure"]

@@ -123,6 +123,7 @@ def test_rocking_block_as_housner_has_it():
         time += math.acosh(1 / (1 - a)) / p
 
 
+@pytest.mark.nightly
 def test_buck_converter_against_its_exact_pieces():
     """Between events it is linear: exponentials of matrices, and roots of the control voltage on the ramp."""
     buck = system("buck_converter")

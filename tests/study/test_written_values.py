@@ -101,7 +101,7 @@ def test_python_says_the_same():
         jp.bifurcation(mechanism, over={"clearance": ["0.1 kg"]})
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_schema_lets_editors_take_them():
     joint = schema()["$defs"]["Joint"]["properties"]["clearance"]
     assert joint["type"] == ["number", "string"]

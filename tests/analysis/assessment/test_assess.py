@@ -88,7 +88,7 @@ def test_the_edge_of_period_1_is_where_the_multiplier_is_minus_1():
         assert float(orbit["floquet_multiplier"][0, 0]) == pytest.approx(-1.0, abs=0.005)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_window_narrower_than_a_step_is_met():
     """Doubled from 26.659 down to 26.63 µm, a tenth of a percent: no edge, but a window."""
     slow = LOOSE.replace(gear_ratio=15.0, clearance=2.6737e-5)
@@ -117,7 +117,7 @@ def test_a_window_ends_where_the_orbit_is_stable_again():
         assert float(orbit["floquet_multiplier"][0, 0]) == pytest.approx(-1.0, abs=0.005)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_what_follows_an_orbit_that_is_not_found_farther_on_says_whether_it_changes():
     """Of period 2 from 1.0162 to 1.0248 times the clearance, by stick and slip: 0.9 %, a window."""
     here, key = present(unshown.TEN["quiet crank-rocker"](), None, BRIEF), "joints.B.clearance"
@@ -169,6 +169,7 @@ def test_an_orbit_that_is_not_found_once_more_is_carried(monkeypatch):
     assert np.isnan(found["edge"]).all()
 
 
+@pytest.mark.long
 def test_a_motion_that_takes_long_to_settle_has_kept_its_period():
     """At 32.22 µm a disturbance halves in 250 turns."""
     slow = LOOSE.replace(gear_ratio=15.0, clearance=3.215e-5)
@@ -177,7 +178,7 @@ def test_a_motion_that_takes_long_to_settle_has_kept_its_period():
     assert np.isnan(found["doubling"][0])
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_chaotic_motion_stays_so_as_it_is_carried_on():
     """Beside 0.29 mm, where the motion is chaotic, there is no edge within a percent."""
     found, limit = one_side(LOOSE.replace(clearance=2.9e-4), "joints.B.clearance", "above", 1.01, 0.01)
@@ -224,6 +225,7 @@ def test_a_rigid_bearing_is_hit_and_its_largest_forces_are_narrow():
         assert -1e-7 * peak < peak - every[name] < error + every[name] - fourth[name] + 1e-7 * peak
 
 
+@pytest.mark.nightly
 def test_what_stiff_contacts_store_and_give_back_is_no_loss():
     """Impacts without friction: each stores many times what it loses."""
     changes = {"joints.B.contact.stiffness": 1e10, "joints.B.contact.damping": 316.0}

@@ -37,7 +37,7 @@ def changes(found):
     return [*zip(kinds, found["change_identity"].values, found["change_low"].values, strict=True)]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_impact_pairs_motions_are_found_without_being_told(pair):
     assert pair["period"].values.tolist() == [[1, -1], [1, 3], [1, 3]]
     all_of = pair["fraction"].sum("identity") + pair["fraction_unsettled"]
@@ -154,7 +154,7 @@ def test_a_cloud_holds_what_lies_among_its_points_for_long_enough():
     assert not cloud.holds(inside[:, 1:]).any()  # too few
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(("system", "names"), [(PAIR, PLANE), (catalog.duffing(amplitude=0.3), None)])
 def test_what_is_recognised_from_afar_ends_where_it_ends(system, names):
     region = names or {"y": (-1.5, 1.5), "v": (-1.2, 1.2)}

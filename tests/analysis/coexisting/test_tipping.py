@@ -232,7 +232,7 @@ def test_there_is_no_return_to_what_has_no_period_nor_from_a_knock_that_cannot_b
     assert returned(Knocked(motions, 0, base.state[None], None, up), wall, 10.0) == -1
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_both_wells_are_left_by_mirrored_knocks_as_their_symmetry_says(wells):
     """(y, v) at a phase and (-y, -v) half a period later mirror each other."""
     assert wells["period"].values.tolist() == [1, 1]

@@ -30,7 +30,7 @@ def reversals(linkage, point, share):
 CORNERS = [(side, front) for side in (1, -1) for front in (1, -1)]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("corner", range(4))
 def test_a_corner_slides_and_is_as_deep_as_its_place_says(corner):
     """Of a block that leans in its guide; in flight too, as if it touched."""

@@ -57,7 +57,7 @@ def ball(branches):
     return jp.curve(BALL, plane=plane, branches=branches, step=0.1)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_limits_of_the_symmetric_motion(pair):
     assert int(pair.status) == 0
     exact = {"fold": lambda r: Symmetric(1.0, r).fold, "symmetry_breaking": symmetry_lost}
@@ -69,7 +69,7 @@ def test_limits_of_the_symmetric_motion(pair):
     assert pair.sizes["meeting"] == 0
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_ball_begins_to_bounce_and_doubles_its_period(ball):
     for kind, limit in (("fold", ball_fold), ("period_doubling", ball_doubling)):
         gammas, restitutions, slopes, ends = along(ball, kind)
@@ -136,7 +136,7 @@ def test_wrong_keywords(keywords, keys):
     assert [problem.key for problem in caught.value.problems] == keys
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_one_special_point_by_its_label(branches):
     """The branches went over the one parameter, the plane names the other first."""
     kinds = jp.words(branches)["special_kind"].values.tolist()

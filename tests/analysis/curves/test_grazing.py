@@ -36,7 +36,7 @@ PLANE = {"amplitude": (0.8 * limit(1.6), 1.2 * limit(1.6)), "frequency": (1.5, 1
 ON_ONE_FLANK = {"initial": [1 + LOAD, 0.0], "transient": 200}
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_gears_lose_contact():
     """Steady oscillation on one flank loses contact where its amplitude is the mean deflection."""
     found = jp.curve(GEARS, plane=PLANE, **ON_ONE_FLANK, of="grazing", step=0.2, max_curves=1)

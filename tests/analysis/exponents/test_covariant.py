@@ -41,7 +41,7 @@ def pair():
     return system, jp.covariant(system, **run)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_tangent_maps_carry_the_vectors_through_impacts(pair):
     """Over whole periods, each with impacts, by maps of another tolerance that know nothing of frames."""
     system, found = pair
@@ -81,6 +81,7 @@ def test_windows_leave_no_seam(pair):
     assert next(both) == pytest.approx(next(both), abs=1e-9)
 
 
+@pytest.mark.long
 def test_leading_vectors_are_those_of_the_spectrum(pair):
     system, found = pair
     run = {"turns": 5, "settling": 5, "transient": 20, "rtol": 1e-12, "initial": (0.05, 0.7)}
@@ -101,7 +102,7 @@ def test_angles_are_those_of_the_vectors(pair):
     assert list(found["part"].values) == ["y", "v"]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_lorenz_s_neutral_vector_is_his_motion():
     """The rate of the state; exponents as published, whose sum is the divergence."""
     found = jp.covariant(catalog.lorenz(), turns=60, settling=20)

@@ -51,7 +51,7 @@ def test_chaotic_motions_to_a_percent(name):
     agrees(*CHAOTIC[name], turns=20_000, transient=100)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", PERIODIC)
 def test_periodic_motions(name):
     """Neighbours approach a limit: what is left is the first and the last length over the number of turns."""
@@ -130,7 +130,7 @@ def test_a_backward_crank():
     assert STATUS[int(found.status)] == "ok"
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_distance_does_not_matter():
     mechanism, _ = linkage()
     values = [float(growth(mechanism, turns=40, transient=30, distance=d).growth) for d in (1e-6, 1e-7, 1e-8)]

@@ -35,7 +35,7 @@ def gains(run):
     return run.rows[-1] - run.rows[0]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(("friction", "gear", "turns"), [(0.01, 3.0, 2), (0.3, 3.0, 2), (0.3, 15.0, 0.5)])
 def test_tangents_are_those_of_one_motion(friction, gear, turns):
     scenes = [model(e, friction, gear) for e in CLEARANCES]
@@ -80,7 +80,7 @@ def test_tangents_of_loops_guides_and_elastic_links_are_those_of_one_motion(name
     assert abs(ours[TANGENT] - true[TANGENT]) < max(5e-4, 5 * abs(theirs[TANGENT] - true[TANGENT]))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_an_exponent_is_that_of_one_motion_within_their_errors():
     scenes = [model(e) for e in np.geomspace(2.9e-5, 2.9e-4, 6)]
     requests = [asked(each, 70, begin=20) for each in scenes]
@@ -96,7 +96,7 @@ def test_an_exponent_is_that_of_one_motion_within_their_errors():
     assert max(away) < 4
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_exponent_of_a_periodic_motion_is_its_multiplier():
     each = model(2.9e-5)
     orbit = jp.periodic_orbit(catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0))

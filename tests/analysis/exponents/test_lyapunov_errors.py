@@ -131,7 +131,7 @@ def test_a_cell_is_what_the_function_gives():
     assert run.turn_period == float(found.turn_period)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_error_bars_of_a_chaotic_motion():
     """Runs from many starts scatter as each says."""
     starts = np.random.default_rng(6).uniform(-1, 1, (16, 2))

@@ -116,7 +116,7 @@ def test_multipliers_of_a_periodic_motion(changes):
         assert values == pytest.approx(np.log(section[:count]), rel=3e-3, abs=2e-4)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_both_estimates_of_the_chaotic_linkage():
     """Tangents with saltation, and twins without any Jacobian: within three combined standard errors."""
     found = jp.lyapunov(catalog.chunmei2002(**LOOSE), exponents=2, turns=500, transient=20, twin_turns=200)

@@ -31,7 +31,7 @@ def henon_exponents(steps, weight=(1.0, 1.0)):
     return logs / steps
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize("weight", [(1.0, 1.0), (1.0, 40.0)])
 def test_henon(weight):
     """0.41922 and -1.62319, whatever units the frame is measured in; their sum is ln 0.3."""

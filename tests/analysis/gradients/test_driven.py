@@ -144,10 +144,7 @@ def test_linkage_with_works(key):
 
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(name, marks=pytest.mark.long if name in SOONER else pytest.mark.nightly)
-        for name in (*SYSTEMS, *LINKAGES)
-    ],
+    [pytest.param(name, marks=pytest.mark.nightly) for name in (*SYSTEMS, *LINKAGES)],
 )
 def test_all_parameters_of_a_scene(name):
     """A hundred scenes: every law, drive, kind of joint, and own equations."""
@@ -204,7 +201,7 @@ def test_corners_that_touch_together():
     assert "same instant" in str(jp.summary(hard))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_motion_that_parts_from_its_neighbours_has_its_largest_value_and_no_derivative():
     """Stiff faces: a run at another tolerance has its hardest impact at another time, and misses this one."""
     changes = {"joints.B.contact.stiffness": 1e8, "joints.B.contact.damping": 10.0}

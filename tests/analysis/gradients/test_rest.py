@@ -40,7 +40,6 @@ IMPOSED = {  # mechanism, parameter, its value, duration
     "cycle": (pinned(0.8).replace(drive=CYCLE), "drive.constant", 40.0, 0.1),
     "two bearings": (pinned(0.5, clearances={"B": 1e-4, "C": 2e-4}), "joints.C.clearance", 2e-4, 0.1),
 }
-SLOW = ("profile", "cycle", "two bearings")
 
 
 @pytest.mark.parametrize(("restitution", "friction", "speed", "duration", "events"), CASES)
@@ -77,10 +76,8 @@ def test_the_error_that_is_told_is_met(restitution):
     assert abs(derivative - quotient) < 10 * error + 1e-5 * abs(quotient)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=[pytest.mark.nightly] * (n in SLOW)) for n in IMPOSED]
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", IMPOSED)
 def test_works_of_an_imposed_speed_are_those_of_neighbours(name):
     """The impulses of the drive do work, and their derivative goes with the tangents through every impact."""
     mechanism, key, value, duration = IMPOSED[name]

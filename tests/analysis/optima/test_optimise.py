@@ -20,6 +20,7 @@ def found():
     return optima.all_found()
 
 
+@pytest.mark.long
 def test_resonance(found):
     """The amplitude 1 / sqrt((k - w^2)^2 + (c w)^2) is largest at k = w^2."""
     one = found["resonance"]
@@ -84,7 +85,7 @@ def test_a_multiplier_is_of_the_orbit_alone():
     assert "does not settle" not in str(jp.summary(found))
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_forces_of_all_joints_are_those_of_the_motions_before_and_after():
     linkage, mass = jp.catalog.chunmei2002(clearance=2.9e-5, gear_ratio=15.0), "links.coupler.mass"
     how = {"rtol": 1e-8, "transient": 2}

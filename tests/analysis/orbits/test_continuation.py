@@ -64,7 +64,7 @@ def test_limits_of_the_symmetric_motion(impacts):
     assert not np.any(stable(found)[gaps < 0.9999 * symmetry_lost(r)])
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_where_an_impact_passes_the_section(impacts):
     """At the phase 0 the lower wall is met at the gap pi k: there, and nowhere else, the state jumps."""
     r, found = impacts
@@ -76,6 +76,7 @@ def test_where_an_impact_passes_the_section(impacts):
     assert np.abs(np.diff(states[:jump, 1])).max() < 1
 
 
+@pytest.mark.nightly
 def test_multipliers_along_the_branch(impacts):
     """At every point, stable or not, by the half-period map."""
     r, found = impacts
@@ -155,7 +156,7 @@ def test_turns_of_an_orbit_keep_their_order():
     assert second["orbit_state"] == pytest.approx(other, abs=1e-9)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_grazing_of_the_gears():
     """The steady oscillation on one flank loses contact where its amplitude reaches the mean deflection."""
     W, zeta, load = 1.6, 0.05, 0.1
@@ -269,7 +270,7 @@ def test_every_variable_says_what_it_is(impacts):
     assert set(lacking) <= {"state"}
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_an_orbit_is_continued_from_its_own_answer():
     """An unstable orbit, whose motion leaves it for the doubled one; and that, with its period."""
     mechanism = catalog.chunmei2002(4.65e-5, gear_ratio=3.0)

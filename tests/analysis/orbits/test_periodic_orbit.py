@@ -130,7 +130,7 @@ def test_whole_turns_of_any_link_do_not_count():
     assert away[4] > 0
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_an_unstable_orbit_beside_a_stable_one():
     """Beyond a period doubling: the motion settles to the doubled orbit, Newton's method finds both."""
     mechanism = catalog.chunmei2002(4.65e-5, gear_ratio=3.0)

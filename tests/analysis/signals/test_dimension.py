@@ -60,7 +60,7 @@ def test_a_square_has_edges():
     assert slope.standard_error < 0.03
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_henon():
     """1.220: J. C. Sprott and G. Rowlands, Int. J. Bifurcation Chaos 11 (2001) 1865-1880."""
     _, _, slope = measured(henon(10_000), (1e-4, 1e-1), 10)
@@ -164,7 +164,7 @@ def test_periodic_motions(gap, coordinates):
     assert int(found.n_coordinates) == coordinates
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(("clearance", "low", "high"), [(2.9e-5, 0.0, 0.0), (2.9e-4, 1.1, 1.7)])
 def test_the_linkage(clearance, low, high):
     """Panels b and c of the paper's Figure 12: a point, and a cloud of less than 1 + 1.74/2.93 dimensions."""

@@ -259,7 +259,7 @@ def test_a_crank_angle_at_which_the_linkage_cannot_close_is_a_status():
     ]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_workers_do_not_change_the_answer():
     plane = {"y": {"start": -1.5, "stop": 1.5, "num": 12}, "v": {"start": -1.0, "stop": 1.0, "num": 12}}
     one, two = (jp.sensitivity(catalog.duffing(), plane=plane, turns=2, rtol=1e-8, n_jobs=n) for n in (1, 2))
@@ -324,7 +324,7 @@ def test_wrong_keywords(system, options, key):
     assert [problem.key for problem in caught.value.problems] == [key]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_of_two_joints_with_clearance_one_is_to_be_named():
     model = on_section(linkage(), None)
     bearing = model.structure.joints[0]

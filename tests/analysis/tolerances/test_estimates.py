@@ -49,7 +49,7 @@ def test_intervals_contain_the_share_as_often_as_they_say(sequence, count):
     assert 0.93 <= coverage(every, truth) <= 0.97
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_intervals_by_the_edge_contain_it_as_often_with_a_tenth_of_the_runs(monkeypatch):
     monkeypatch.setattr(edges, "POPULATION", 2**13)
     truth, every, runs = np.diff(CLEARANCE.cdf(WINDOW))[0], [], 64

@@ -67,10 +67,8 @@ def test_ishigami():
     assert float(found["mean_low"].squeeze()) <= 3.5 <= float(found["mean_high"].squeeze())
 
 
-@pytest.mark.parametrize(
-    "sequence",
-    [pytest.param("sobol", marks=pytest.mark.long), pytest.param("random", marks=pytest.mark.nightly)],
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize("sequence", ["sobol", "random"])
 def test_ishigami_to_two_digits(sequence):
     found = ishigami(1024, sequence=sequence, n_jobs=2).isel(output=0)
     for name, truth in (("first_order", [0.3139, 0.4424, 0.0]), ("total", [0.5576, 0.4424, 0.2437])):
@@ -86,7 +84,7 @@ def crank():
     return jp.tolerances(CRANK, spreads=spreads, samples=64, shares=0, n_jobs=1, **asked)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_outcomes_are_those_of_the_edges(crank):
     clearance = crank["value"].values[:, 0]
     inside = (clearance > WINDOW[0]) & (clearance < WINDOW[1])
@@ -99,7 +97,7 @@ def test_outcomes_are_those_of_the_edges(crank):
     assert "by the edge along radial clearance at 110.36" in str(told)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_derivatives_say_the_deviation_where_the_force_is_smooth():
     spreads = {"clearance": {"normal": ["100 um", "1 um"]}, "links.slider.mass": {"normal": [0.14, 1e-4]}}
     asked = {"of": ["largest:normal_force:B"], "events": [], "shares": 0}
@@ -109,7 +107,7 @@ def test_derivatives_say_the_deviation_where_the_force_is_smooth():
     assert float(found["linear_share"].sum()) == pytest.approx(1)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_derivatives_are_not_trusted_across_an_edge():
     """Beyond the window the force grows by knocks, and no slope says how much."""
     spreads = {"clearance": {"uniform": ["100 um", "150 um"]}}
@@ -169,7 +167,7 @@ def test_where_all_samples_fail_nothing_is_known_and_it_is_said():
     assert "No sample ended with a value" in {each.get_text() for each in jp.figure(found).axes[0].texts}
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_limits_together_are_a_yield():
     system = function_of("a", "ab")
     spreads = {"a": {"uniform": [0.0, 1.0]}, "b": {"uniform": [0.0, 1.0]}}
@@ -198,7 +196,7 @@ def bent():
     return jp.tolerances(system, spreads=spreads, n_jobs=1, **asked | more)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_share_of_a_limit_by_its_edge(bent):
     a, b = np.random.default_rng(0).normal(size=(2, 10**6))
     truth, one = np.mean(a - 0.3 * b - 0.1 * b**2 > 1), bent.sel(event="above:end:state:y")
@@ -226,7 +224,7 @@ def test_bad_questions_are_told_all_at_once():
     assert {"spreads.clearance.normal", "events[0]"} <= keys
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_shares_of_an_oscillator_near_grazing_are_those_of_its_amplitude():
     """It hits where the stop is nearer than the amplitude, from its steady motion on."""
     found = near_grazing(samples=96, n_jobs=1)

@@ -58,6 +58,7 @@ def test_cases_differ_without_colour_and_are_named():
     assert len(names) == 5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("measure", "label"), [("angle", "Error of the angles (rad)"), ("change", "Change from the pass before")]
 )

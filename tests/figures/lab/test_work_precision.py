@@ -56,7 +56,7 @@ def test_runs_with_other_events_stand_apart():
     assert names == ["jointplay", "heyoka", "other events or end"]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_what_is_not_known_is_shaded_and_said():
     panel = figures.draw(works()).axes[0]
     (band,) = panel.patches

@@ -60,7 +60,7 @@ def test_frames_are_even_sized_and_differ(shown):
     assert np.mean(first != last) < np.mean(first != pictures[1])  # after a turn the linkage is back
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_film_has_the_frames_of_its_length(motion, tmp_path):
     from imageio_ffmpeg import count_frames_and_secs
 
@@ -74,7 +74,7 @@ def test_a_film_has_the_frames_of_its_length(motion, tmp_path):
     assert [each.name for each in sorted(tmp_path.iterdir())] == ["m.gif", "m.mp4"]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_sheet_has_a_panel_and_a_bearing_a_frame(motion, shown):
     assert len(film_sheet(shown, 5).axes) == 10
     mechanism = jp.catalog.slider_crank(clearance=0)
@@ -150,12 +150,8 @@ def moved(request):
     return jp.simulate(mechanism, turns=turns, rtol=1e-6, samples_per_turn=360)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(
-    "moved",
-    [name if name == "four-bar" else pytest.param(name, marks=pytest.mark.nightly) for name in MOTIONS],
-    indirect=True,
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize("moved", MOTIONS, indirect=True)
 def test_a_film_by_default_is_small_and_tells_its_size_before(moved, tmp_path, caplog):
     with caplog.at_level("INFO", logger="jointplay"), warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -218,7 +214,7 @@ def test_a_result_that_names_no_mechanism_needs_it(motion, tmp_path):
     assert jp.animate(data, tmp_path / "m.png", mechanism=mechanism, frames=2).exists()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_command_makes_a_film_of_a_stored_motion(motion, tmp_path, capsys):
     stored, out = tmp_path / "m.nc", tmp_path / "m.gif"
     motion[1].to_netcdf(stored)

@@ -115,7 +115,7 @@ def test_a_periodic_motion_is_one_point_and_not_magnified_noise():
         assert high - low > 0.01 * abs(low)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_overview_has_no_empty_panel_and_shows_every_joint():
     bare = figures.draw(response(section=False))
     assert headings(bare) == ["(a)", "(b)", "(c)"]

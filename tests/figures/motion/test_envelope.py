@@ -101,6 +101,7 @@ def motion():
     return jp.simulate(mechanism, turns=1, rtol=1e-7)
 
 
+@pytest.mark.long
 def test_the_top_of_the_curve_is_the_force_that_is_printed(motion):
     largest = float(motion.largest_normal_force.sel(joint="B"))
     assert float(motion.normal_force.sel(joint="B").max()) < 0.95 * largest  # the samples miss it

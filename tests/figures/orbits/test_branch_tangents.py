@@ -50,7 +50,7 @@ def impact_times(found):
     return times
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_tangents_are_derivatives_along_the_exact_branch(coarse):
     h, times = 1e-5, impact_times(coarse)
     assert len(times) > 8
@@ -101,6 +101,7 @@ def test_the_curve_is_near_the_exact_branch_where_chords_are_far(coarse, quantit
     assert path < chords / 10
 
 
+@pytest.mark.nightly
 def test_old_results_are_drawn_as_they_were(coarse):
     old = drawn(coarse.drop_vars(TANGENTS), "v")
     assert old.shape[1] < 2 * int(coarse.n_points[0]) < drawn(coarse, "v").shape[1]

@@ -182,7 +182,7 @@ def test_a_map_shows_what_is_stored():
     assert exponent.get_ylim() == (0.5, 3.5)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_what_an_adaptive_map_did_not_compute_is_hatched():
     data = sweep(("up",), over=("gear_ratio", "clearance"))
     done = np.ones((3, 5), dtype=np.int8)
