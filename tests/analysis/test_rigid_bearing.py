@@ -9,6 +9,8 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
+from jointplay.analysis.starts import End, placed, state_names
+from jointplay.analysis.states.journal_position import Journals
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.motion import trajectory
@@ -18,17 +20,27 @@ from tests.support.multibody_records import from_mechanism
 
 E = 2.9e-4
 SLIDE = "tangential_velocity"
+DOWN = {"direction": "down", "transient": 2, "turns": 4, "keep": 2, "n_jobs": 1}
 BALANCE = ["energy", "energy_residual", "joint_work", "drive_work"]
 TOUCH = ["penetration", "normal_velocity", "normal_force", "tangential_force", "mode"]
 
 
 def rigid(restitution, clearance=E, friction=0.0, **changes):
     """The paper's mechanism with rigid bearings."""
-    plain = jp.catalog.chunmei2002(clearance=clearance, gear_ratio=3.0).replace(**changes)
+    return hardened(
+        jp.catalog.chunmei2002(clearance=clearance, gear_ratio=3.0).replace(**changes), restitution, friction
+    )
+
+
+def hardened(plain, restitution, friction=0.0):
+    """A mechanism with rigid bearings and guides."""
     law = jp.Contact(law="restitution", parameters={"restitution": restitution})
     given = {"contact": law, "friction": jp.Friction(coefficient=friction) if friction else None}
     joints = tuple(joint.model_copy(update=given) for joint in plain.joints)
     return jp.Mechanism(**dict(plain) | {"joints": joints})
+
+
+GUIDED = hardened(jp.catalog.slider_crank(clearance={"G": 1e-4}, gravity=9.8), 0.3)
 
 
 def kinds(found):
@@ -234,3 +246,26 @@ def test_tangents_through_impacts(friction):
                 compared += 1
                 assert min(apart) < 1e-6
     assert compared > (3 if friction else 5)  # friction leaves fewer flights
+
+
+@pytest.mark.parametrize("plain", [rigid(0.5), GUIDED], ids=["bearing", "guide"])
+def test_in_a_smaller_one_a_motion_goes_on_from_the_face(plain):
+    """All is as where the other motion ended, but for the journals beyond the face, which lie on it."""
+    found = jp.simulate(plain, turns=1, rtol=1e-9)
+    old = placed(plain, found.end_state.values)
+    end = End(state_names(old), old.state, old.crank_angle)
+    ratios = Journals(old).eccentricity_ratios(old.state[None, :])[0]
+    smaller = plain.replace(clearance={joint.name: 0.4 * joint.clearance for joint in plain.clearance_joints})
+    new = placed(smaller, end)
+    assert np.any(ratios > 0.4)
+    assert Journals(new).eccentricity_ratios(new.state[None, :])[0] == pytest.approx(
+        np.minimum(ratios / 0.4, 1.0), rel=1e-9
+    )
+    before, after = (Journals(each).velocities(each.state[None, :]) for each in (old, new))
+    assert after == pytest.approx(before, abs=1e-9 * np.abs(before).max() + 1e-12)
+    assert jp.simulate(smaller, initial=new.state, turns=1).status == 0
+
+
+def test_a_sweep_down_the_clearance_of_a_rigid_bearing_is_carried_on():
+    sweep = jp.bifurcation(rigid(0.3), over={"clearance": np.linspace(2e-4, 2.9e-4, 4)}, **DOWN)
+    assert not sweep["cell_status"].any()

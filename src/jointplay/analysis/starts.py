@@ -143,21 +143,25 @@ def moved(model: Model, state: np.ndarray) -> Model:
 
 
 def _inside(model: Model) -> Model:
-    """The model, with a position beyond a rigid wall moved back to the wall; of a linkage that is refused."""
+    """The model, with a position beyond a rigid wall moved back to the wall."""
     module = cache.structure_module(model.structure)
     if not module.RESETS:
         return model
     numbers = dict(zip(module.PARAMETERS, model.numbers, strict=True))
-    if model.links:
-        given = numbers | {"t": 0.0} | dict(zip(module.STATE[1:], model.state, strict=True))
-        shares = outputs.evaluate(module, [f"eccentricity_ratio:{name}" for name in module.RESETS], given)
-        expected = "a start inside rigid faces is accepted; this one is {:.6g} clearances out at {}"
-        problems = [
-            Problem("initial", "the end of another motion", expected.format(share, name.partition(":")[2]))
-            for name, share in shares.items()
-            if share > 1 + BEYOND
-        ]
-        if problems:
-            raise InputError(problems)
+    if not model.links:
+        return replace(model, state=inside(module, numbers, model.state))
+    given = numbers | {"t": 0.0} | dict(zip(module.STATE[1:], model.state, strict=True))
+    shares = outputs.evaluate(module, [f"eccentricity_ratio:{name}" for name in module.RESETS], given)
+    out = {name.partition(":")[2]: abs(share) for name, share in shares.items() if abs(share) > 1 + BEYOND}
+    if not out:
         return model
-    return replace(model, state=inside(module, numbers, model.state))
+    journals, states = Journals(model), model.state[None, :]
+    nearer = 1 / np.repeat([out.get(name, 1.0) for name in model.joints], 2)
+    (state,) = journals.put(states, nearer * journals.positions(states), journals.velocities(states))
+    if np.isnan(state).any():
+        expected = (
+            "a start that links can bring inside rigid faces is accepted; it is {:.6g} clearances out at {}"
+        )
+        problems = (expected.format(share, name) for name, share in out.items())
+        raise InputError(Problem("initial", "the end of another motion", each) for each in problems)
+    return replace(model, state=state)

@@ -16,9 +16,6 @@ then: that edge is `irregular`, where it was first seen in the turns followed.
 
 A change that is taken back within a share of the parameter is a window there too, and no edge.
 
-In a smaller rigid bearing a journal that lies on the larger one's face cannot start; its motion is settled
-from the usual start.
-
 Validity: what begins and ends between two values is not seen, and a motion that coexists with the one
 followed is another one.
 """
@@ -122,7 +119,7 @@ class Carried:
         at = float(value), before  # edges of several traits in one step begin with the same motions
         if at not in self.known:
             here = self.mechanism.varied({self.key: at[0]})
-            self.known[at] = _settled(here, before.end, self.carried, before.period)
+            self.known[at] = settled(here, before.end, self.carried, before.period)
         return self.known[at]
 
     def lasting(self, place: Spot) -> Spot:
@@ -402,17 +399,9 @@ def _beyond(side: Side, carried: Carried, search: Search, first: Spot, way: int,
 def _tried(mechanism: Mechanism, start: Any, how: Plan) -> Settled | Unsettled:
     """The motion that is settled to, or why there is none."""
     try:
-        return _settled(mechanism, start, how)
+        return settled(mechanism, start, how)
     except Unsettled as error:
         return error
-
-
-def _settled(mechanism: Mechanism, start: Any, how: Plan, usual: int = 1) -> Settled:
-    """The motion that is settled to, from the usual start where the one given lies outside rigid bearings."""
-    try:
-        return settled(mechanism, start, how, usual)
-    except InputError:  # they have become smaller
-        return settled(mechanism, None, how, usual)
 
 
 def _carried_along(side: Side, carried: Carried, search: Search, way: int) -> None:
