@@ -49,6 +49,7 @@ POINTS, SEEN, ALIKE = ("journal_x", "journal_y", "angular_velocity"), 60, 2e-4
 SHORT, LONG, LASTING = 100, 440, 6000  # turns before a cell is looked at, and before it is looked at again
 BEFORE, SWINGING = 300, 4000  # turns before a run is recorded; without friction
 TURNS, STRETCHES = 20, 10  # recorded in a stretch; of a motion that does not repeat
+STEADY = 0.98  # of a distance after some thirty turns: less is left of one that dies out
 REPEATING, WANDERING, BAND = 0.01, 0.15, 0.05  # how near numbers lie, relative
 SLOW = 1e-4  # of the parameter: so near an edge a motion does not settle in the turns that are followed
 CLOSER = 12  # steps to a cell that differs, from the last one that does not: motions may coexist there
@@ -79,13 +80,25 @@ def outward(looked, edges, others, even):
 
 def turns_to_repeat(found):
     """Turns after which section points repeat, by journals' places in units of their reach, and by speeds."""
-    points = np.concatenate([_numbers(found, name) for name in POINTS], axis=1)
-    points = points[:, np.isfinite(points).all(axis=0)]
-    points = points / np.max(np.abs(points), axis=0).clip(1e-300)
+    points = section_points(found)
     for period in range(1, len(points) // 2 + 1):
         if np.max(np.abs(points[period:] - points[:-period])) < ALIKE:
             return period
     return 0
+
+
+def section_points(found):
+    """Section points, each number in units of its largest; shape (points, numbers)."""
+    points = np.concatenate([_numbers(found, name) for name in POINTS], axis=1)
+    points = points[:, np.isfinite(points).all(axis=0)]
+    return points / np.max(np.abs(points), axis=0).clip(1e-300)
+
+
+def nears(found):
+    """Whether points one turn apart come nearer to each other, turn by turn."""
+    apart = np.abs(np.diff(section_points(found), axis=0)).max(axis=1)
+    first, last = np.array_split(apart, 2)
+    return last.max() < STEADY * first.max()
 
 
 def traits(found):
@@ -148,14 +161,19 @@ def swept(mechanism, key, values, present, judged, needed):
             finer = jp.bifurcation(
                 mechanism, over={key: np.sort(between)}, direction=way, **settings, **start
             )
-            answers[i] = traits(finer.isel(direction=0).sel({dim: between[-1]}))
+            end = finer.isel(direction=0).sel({dim: between[-1]})["end_state"].values
+            place = mechanism.varied({key: float(between[-1])})
+            (answers[i],), settled = followed_on([place], [end], LONG, 200)
+            if not settled:
+                (answers[i],), _ = followed_on([place], [end], LASTING, 800)
     return answers
 
 
 def followed_on(places, starts, turns, averaged):
     """Answers of `CHANGES` of motions that are followed on; and whether these are settled.
 
-    A period is where its orbit is stable, no period where the motion is chaotic.
+    A period is where its orbit is stable, no period where the motion is chaotic. A slow swing about an orbit
+    of period 1 repeats nearly, after some turns, before it has died out.
     """
     lengths = {"turns": SEEN, "transient": turns, "lyapunov_turns": averaged}
     rtol = tolerance(places[0]) if places else RTOL
@@ -166,7 +184,8 @@ def followed_on(places, starts, turns, averaged):
         described = {name: each[1] for name, each in (one["points"] | one["values"]).items()}
         answers[i] = traits(described)
         stable = np.ravel(described["section_exponent_per_turn"])[0] < 0
-        settled[i] = stable if turns_to_repeat(described) else answers[i, -1]
+        period = turns_to_repeat(described)
+        settled[i] = stable and not (period > 1 and nears(described)) if period else answers[i, -1]
     return answers, settled
 
 
