@@ -299,6 +299,22 @@ DECIDED = [  # mechanism, keyword, text, number in SI units, and what goes with 
         {"largest:normal_force:B": [0.0, 200.0]},
         {},
     ),
+    (SPRUNG, "subject", {"largest:state:x": ["0 mm", "2 mm"]}, {"largest:state:x": [0.0, 2e-3]}, {}),
+    (SPRUNG, "limits", {"largest:state:x": "2 mm"}, {"largest:state:x": 2e-3}, {}),
+    (
+        USUAL,
+        "limits",
+        {"force:B": "2 kN", "impact_speed:B": "5 mm/s", "turn_period": "3 ms", "separations:B": 3},
+        {"force:B": 2e3, "impact_speed:B": 5e-3, "turn_period": 3e-3, "separations:B": 3},
+        {},
+    ),
+    (
+        USUAL,
+        "spreads",
+        {"clearance": {"lognormal": ["10 µm", 1.2], "below": "0.1 mm"}, "mass": {"normal": [1, 2]}},
+        {"clearance": {"lognormal": [1e-5, 1.2], "below": 1e-4}, "mass": {"normal": [1, 2]}},
+        {},
+    ),
 ]
 
 

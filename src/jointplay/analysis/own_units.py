@@ -29,8 +29,8 @@ def in_own_units(mechanism: Any, given: Mapping[str, Any]) -> dict[str, Any]:
     if not isinstance(mechanism, Mechanism | TestSystem):
         return dict(given)
     converters = dict.fromkeys(("over", "by", "plane", "region"), _named)
-    converters |= {"initial": _start, "starts": _starts, "subject": _subject, "section": _section}
-    converters |= {"spreads": _spreads, "limits": _limits}
+    converters |= {"initial": _start, "starts": _starts, "section": _section}
+    converters |= {"spreads": _spreads, "limits": _limits, "subject": _limits}
     plane = given.get("plane")
     followed = next(iter(plane), FOLLOWED) if isinstance(plane, Mapping) else FOLLOWED
     parameter = given.get("parameter", followed)
@@ -78,29 +78,28 @@ def _starts(mechanism: Any, starts: Any) -> Any:
     return [_start(mechanism, each) for each in starts] if type(starts) in (list, tuple) else starts
 
 
-def _subject(_: Any, subject: Any) -> Any:
-    """Quantities of `gradient`: of ``largest:normal_force:B`` the middle word has the unit."""
-    words = {name: str(name).split(":") for name in subject} if isinstance(subject, Mapping) else {}
-    units = {name: {"time": "s", "work": "J"}.get(first) for name, (first, *_) in words.items()}
-    for name, (_, *rest) in words.items():
-        units[name] = units[name] or (_plain(WORDS[rest[0]].units) if rest and rest[0] in WORDS else None)
-    return in_si(subject, units) if words else subject
-
-
 def _spreads(mechanism: Any, table: Any) -> Any:
     from jointplay.analysis.tolerances.spreads import in_own_units
 
     return in_own_units(mechanism, table)
 
 
-def _limits(mechanism: Any, limits: Any) -> Any:
-    """Quantities of samples: those of `subject`, and of contacts."""
-    from jointplay.analysis.tolerances.asked_quantities import known_quantities, words_of
+def _limits(mechanism: Any, table: Any) -> Any:
+    """A table of quantities of motions, as of `gradient` or of samples of `tolerances`."""
+    units = {name: _limited(mechanism, str(name)) for name in table} if isinstance(table, Mapping) else None
+    return in_si(table, units)
 
-    if not isinstance(limits, Mapping):
-        return limits
-    known = known_quantities(mechanism)
-    return in_si(limits, {name: _plain(words_of(name)[1]) for name in limits if name in known})
+
+def _limited(mechanism: Any, name: str) -> str | None:
+    """Units of a quantity: of ``largest:normal_force:B`` those of the middle word."""
+    from jointplay.analysis.tolerances.asked_quantities import COUNTED, OF_JOINT, PLAIN
+
+    head, word, label = (*name.split(":", 2), "", "")[:3]
+    if word == "state" and isinstance(mechanism, TestSystem):
+        return mechanism.units.get(label, "1")
+    own = dict.fromkeys(COUNTED, "1") | {key: units for key, (_, units) in (OF_JOINT | PLAIN).items()}
+    found = (own | {"time": "s", "work": "J"}).get(head) or (WORDS[word].units if word in WORDS else None)
+    return found and _plain(found)
 
 
 def _section(mechanism: Any, section: Any) -> Any:
