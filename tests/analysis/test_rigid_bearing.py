@@ -9,7 +9,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
-from jointplay.analysis.starts import End, placed, state_names
+from jointplay.analysis.starts import end_of, placed
 from jointplay.analysis.states.journal_position import Journals
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.assemble import assemble
@@ -253,10 +253,9 @@ def test_in_a_smaller_one_a_motion_goes_on_from_the_face(plain):
     """All is as where the other motion ended, but for the journals beyond the face, which lie on it."""
     found = jp.simulate(plain, turns=1, rtol=1e-9)
     old = placed(plain, found.end_state.values)
-    end = End(state_names(old), old.state, old.crank_angle)
     ratios = Journals(old).eccentricity_ratios(old.state[None, :])[0]
     smaller = plain.replace(clearance={joint.name: 0.4 * joint.clearance for joint in plain.clearance_joints})
-    new = placed(smaller, end)
+    new = placed(smaller, end_of(old, old.state))
     assert np.any(ratios > 0.4)
     assert Journals(new).eccentricity_ratios(new.state[None, :])[0] == pytest.approx(
         np.minimum(ratios / 0.4, 1.0), rel=1e-9

@@ -22,11 +22,24 @@ BEYOND = 1e-6  # of the clearance: rounding of a body that rests on a rigid face
 
 
 class End(NamedTuple):
-    """End of a motion: names and values of its positions and speeds, and the crank's angle."""
+    """End of a motion: names and values of its positions and speeds, and the crank's angle.
+
+    Also, where known, x and y of each journal in its bearing (m), and below these their velocities (m/s).
+    """
 
     names: tuple[str, ...]
     state: np.ndarray
     crank_angle: float
+    journals: np.ndarray | None = None
+
+
+def end_of(model: Model, state: np.ndarray) -> End:
+    """The end of a motion of a model, by its state at the model's crank angle."""
+    names, journals = state_names(model), Journals(model) if model.links and model.joints else None
+    if journals is None:
+        return End(names, state, model.crank_angle)
+    places = journals.positions(state[None, :]), journals.velocities(state[None, :])
+    return End(names, state, model.crank_angle, np.concatenate(places))
 
 
 def placed(
@@ -35,8 +48,9 @@ def placed(
     """Assemble a mechanism at a start, with the quantity of a section, and integrals of powers if wanted.
 
     The start is as in `assemble`; a state vector of a linkage too, which with a constant speed may have the
-    crank's angle at its end (`whole_names`), else 0; or an `End` of a mechanism with the same states: a
-    position beyond a wall is moved back to the wall.
+    crank's angle at its end (`whole_names`), else 0; or an `End` of a mechanism with the same states: where
+    links or places of joints are other ones, journals stay where they were in their bearings, and a position
+    beyond a wall is moved back to the wall.
 
     Raises
     ------
@@ -74,7 +88,18 @@ def _ended(mechanism: Mechanism | TestSystem, model: Model, end: End) -> Model:
     if model.links and crank_place(model) is None:
         watched, powers = model.structure.section, model.structure.powers
         model = assemble(mechanism, {"crank_angle": end.crank_angle}, watched, powers)
-    return _inside(moved(model, end.state))
+    return _inside(_kept(moved(model, end.state), end))
+
+
+def _kept(model: Model, end: End) -> Model:
+    """The model with its journals where they were in their bearings; as it is where links cannot reach."""
+    if end.journals is None:
+        return model
+    journals, states, (places, speeds) = Journals(model), model.state[None, :], np.array(end.journals)
+    if np.abs(journals.positions(states)[0] - places).max() <= BEYOND * journals.clearances.min():
+        return model
+    (state,) = journals.put(states, places[None, :], speeds[None, :])
+    return model if np.isnan(state).any() else replace(model, state=state)
 
 
 def _check_speed(model: Model, start: Any, imposed: float | None) -> None:

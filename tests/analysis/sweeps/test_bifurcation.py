@@ -8,7 +8,8 @@ import xarray as xr
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.starts import placed
+from jointplay.analysis.starts import end_of, placed
+from jointplay.analysis.states.journal_position import Journals
 from jointplay.analysis.sweeps import chains
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.loops.ideal import ideal_state
@@ -203,6 +204,49 @@ def test_a_wall_that_moves_in_takes_the_mass_along():
     found = jp.bifurcation(PAIR, over={"gap": [0.5, 4.0]}, direction="down", initial=[1.9, 0.0], **SHORT)
     assert found.cell_status.values.ravel().tolist() == [0, 0]
     assert np.abs(found.state_value.values[0, ..., 0]).max() <= 0.25 + 1e-9
+
+
+LENGTHS = {
+    "four-bar": (LINKAGE, "coupler", "B"),
+    "crank": (catalog.slider_crank(clearance={"B": 1e-4}), "crank", "A"),
+    "guide": (catalog.slider_crank(clearance={"G": 1e-4}), "rod", "B"),
+    "two": (catalog.chunmei2002(clearance={"A": 2e-5, "B": 2.9e-5}), "coupler", "B"),
+}
+
+
+@pytest.mark.parametrize(("mechanism", "name", "joint"), LENGTHS.values(), ids=LENGTHS)
+def test_journals_stay_where_they_were_between_links_of_another_length(mechanism, name, joint):
+    """Links turn so that no journal is thrown out of its bearing, and none gets another speed in it."""
+    length = mechanism.link(name).length
+    longer = mechanism.varied({f"links.{name}.length + joints.{joint}.journal.at": 1.01 * length})
+    old = placed(mechanism, jp.simulate(mechanism, turns=1.9, rtol=1e-9).end_state.values)
+    end = end_of(old, old.state)
+    new, rows = placed(longer, end), (old.state[None, :], old.state[None, :])
+    assert not np.array_equal(new.state, old.state)
+    assert np.abs(Journals(new).positions(rows[0]) - end.journals[0]).max() > 2 * max(old.clearances)
+    kept = Journals(new).positions(new.state[None, :]), Journals(new).velocities(new.state[None, :])
+    for there, before, size in zip(kept, end.journals, (1e-4 * min(old.clearances), 1e-7), strict=True):
+        assert there[0] == pytest.approx(before, abs=size)
+    narrower = mechanism.replace(
+        clearance={each.name: 0.9 * each.clearance for each in mechanism.clearance_joints}
+    )
+    assert np.array_equal(placed(narrower, end).state, old.state)  # the same links at the same angles
+
+
+def test_a_motion_carried_to_another_length_is_not_kicked():
+    slow, key = (
+        catalog.chunmei2002(clearance=2.9e-4, gear_ratio=15.0),
+        "links.coupler.length + joints.B.journal.at",
+    )
+    old = placed(slow, jp.simulate(slow, turns=2, transient=60).end_state.values)
+    longer = slow.varied({key: 1.005 * slow.link("coupler").length})
+    forces = [
+        jp.simulate(each, initial=start.state, turns=1, record=["normal_force"])[
+            "largest_normal_force"
+        ].item()
+        for each, start in ((slow, old), (longer, placed(longer, end_of(old, old.state))))
+    ]
+    assert forces[1] == pytest.approx(forces[0], rel=0.05)
 
 
 @pytest.mark.parametrize("angle", [0.0, 1.0, 2 * math.pi, 4.0])

@@ -313,7 +313,7 @@ def _along_orbits(side: Side, carried: Carried, search: Search, way: int) -> Non
         inner, outer, kind = end
         if kind in SURE and side.changed(here.traits | {"doubling": True}):
             side.change("doubling", inner.value, outer, kind)  # however long the next motion takes to settle
-        last = inner.value, replace(here, end=here.end._replace(state=inner.at_start()))
+        last = inner.value, replace(here, end=here.end._replace(state=inner.at_start(), journals=None))
         first = _behind(side, carried, search, (last, outer, kind), way)
         if first[1].period != here.period:
             break

@@ -109,14 +109,12 @@ class Settled:
 
     def plain(self) -> dict[str, Any]:
         """All but the mechanism, as the answer of a cell."""
-        end = {"names": list(self.end.names), "state": self.end.state, "crank_angle": self.end.crank_angle}
-        return {"end": end, "values": self.values, "orbit": self.orbit, "radius": self.radius}
+        return {"end": self.end, "values": self.values, "orbit": self.orbit, "radius": self.radius}
 
     @classmethod
     def of(cls, mechanism: Mechanism, plain: Mapping[str, Any]) -> Settled:
         """The motion of a mechanism, from the answer of a cell."""
-        end = End(tuple(plain["end"]["names"]), plain["end"]["state"], plain["end"]["crank_angle"])
-        return cls(mechanism, end, plain["values"], plain["orbit"], plain["radius"])
+        return cls(mechanism, End(*plain["end"]), plain["values"], plain["orbit"], plain["radius"])
 
     @property
     def period(self) -> int:

@@ -409,7 +409,12 @@ def _carried(
         into = _neighbours(fresh, states)
         cells = [
             parts[j]
-            | {"known": motions[j], "sources": [motions[i][n] | {"names": states[i]} for i, n in sources]}
+            | {
+                "known": motions[j],
+                "sources": [
+                    motions[i][n] | {"names": states[i], "changes": parts[i]["changes"]} for i, n in sources
+                ],
+            }
             for j, sources in into
         ]
         if not cells:

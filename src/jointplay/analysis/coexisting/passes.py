@@ -15,7 +15,7 @@ from jointplay.analysis.coexisting.lasting import FAILED, NO_START, UNSETTLED, M
 from jointplay.analysis.coexisting.recognition import Lasting
 from jointplay.analysis.coexisting.region import drawn
 from jointplay.analysis.rules import section_of
-from jointplay.analysis.starts import End, placed, state_names
+from jointplay.analysis.starts import End, end_of, placed, state_names
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.states.matching import sort_key
 from jointplay.analysis.states.start_plane import Starts
@@ -82,7 +82,11 @@ def carried(
     base = assemble(here, initial, section_of(here))
     lasting = [Lasting(each["period"], each["states"], each["points"]) for each in known]
     motions = Motions(base, observation, lasting)
-    groups = [[_start(here, base, state, each) for state in _spread(each)] for each in sources]
+    before = [mechanism.varied(each["changes"]) for each in sources]
+    groups = [
+        _starts(here, base, assemble(there, initial, section_of(there)), each)
+        for there, each in zip(before, sources, strict=True)
+    ]
     labels = iter(motions.sort([start for group in groups for start in group]).tolist())
     lands = [[next(labels) for _ in group] for group in groups]
     kept = sorted({n for group in lands for n in group if n >= len(known)})
@@ -98,12 +102,16 @@ def _spread(source: Mapping[str, Any]) -> np.ndarray:
     return states[np.linspace(len(states) - 1, 0, count).astype(int)]
 
 
-def _start(here: Given, base: Model, state: np.ndarray, source: Mapping[str, Any]) -> Model | None:
-    """A state of another value's motion as a start here; None where it is none."""
+def _starts(here: Given, base: Model, before: Model, source: Mapping[str, Any]) -> list[Model | None]:
+    """States of another value's motion, of its model before, as starts here; None where it is none."""
     if tuple(source["names"]) != state_names(base):
-        return None
+        return [None for _ in _spread(source)]
+    return [_start(here, end_of(before, state)) for state in _spread(source)]
+
+
+def _start(here: Given, end: End) -> Model | None:
     try:
-        return placed(here, End(tuple(source["names"]), state, base.crank_angle), _section(here))
+        return placed(here, end, _section(here))
     except InputError:
         return None
 

@@ -22,7 +22,7 @@ from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.exponents.frame_growth import Stretch, followed_together, grown
 from jointplay.analysis.period import REPEATS, period
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.starts import End, crank_place, moved, placed, state_names
+from jointplay.analysis.starts import crank_place, end_of, moved, placed
 from jointplay.analysis.sweeps.points import EXPONENTS, LABELLED
 from jointplay.analysis.tangents import scales
 from jointplay.solver.mechanism.model import Model
@@ -176,7 +176,7 @@ def _described(model: Model, plan: Plan, records: Records) -> dict[str, Any]:
         "status": 0,
         "trouble": "",
         "n_steps": records.counts["n_steps"],
-        "end": End(state_names(model), _state(model, plan, last), model.crank_angle),
+        "end": end_of(model, _state(model, plan, last)),
         "labels": {dim: getattr(model, f"{dim}s") for dim in LABELLED},
         "points": points.variables(plan.record, "point"),
         "values": values | {"followed": ((), np.int8(records.route))},

@@ -84,7 +84,7 @@ def outcomes(
     changes: Sequence[Mapping[str, float]],
     initial: Any,
     asked: Asked,
-    ends: Sequence[Mapping[str, Any]] | None = None,
+    ends: Sequence[Sequence[Any]] | None = None,
 ) -> dict[str, Any]:
     """Answers of some samples, each with its changes of the mechanism and of the start.
 
@@ -109,9 +109,7 @@ def outcomes(
     ready = [i for i, each in enumerate(made) if not each["status"]]
     if ends is not None:
         for i in ready:
-            given = ends[i]
-            end = End(tuple(given["names"]), given["state"], given["crank_angle"])
-            made[i]["point"] = (made[i]["point"][0], end)
+            made[i]["point"] = (made[i]["point"][0], End(*ends[i]))
     motions = dict(zip(ready, _settled([made[i]["point"] for i in ready], asked.plan), strict=True))
     rows = [_answer(motions.get(i, made[i]), made[i], asked) for i in range(len(changes))]
     return {
@@ -160,7 +158,7 @@ def _answer(found: Mapping[str, Any], made: Mapping[str, Any], asked: Asked) -> 
     motion = Settled(mechanism, found["end"], found["values"])
     period = {"status": 0, "period": int(motion.value("period"))}
     if _open(motion):
-        return none | period | {"event": [UNDECIDED] * len(asked.events), "end": motion.plain()["end"]}
+        return none | period | {"event": [UNDECIDED] * len(asked.events), "end": motion.end}
     try:
         if not asked.plan.transient:  # what is looked at begins with the start
             motion = replace(motion, end=End(state_names(start), start.state, start.crank_angle))
