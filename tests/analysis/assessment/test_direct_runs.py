@@ -5,12 +5,12 @@ forces, impact speeds, separations, the repeat, chaos (two motions that part), a
 
 *Edges.* A sweep at rtol 1e-8 carries the motion from the present value outward over values 1 % apart, across
 each edge in steps a tenth as long, and over both ends of its bracket; section points say whether it repeats.
-The cells next to the edge on both sides, outside its error, must differ in the trait. No value looked at
-before the edge may differ from the present one, nor any where no edge was met; other values before it, but in
-chaos and beyond the end of period 1, may where a change has not lasted: over no more than the share of the
-page, of which it tells that narrower windows may have been missed. Where the trait is said to be as at
-present again, it has to be. Where a motion without a period loses contact now and then, some cell beside the
-edge has to.
+The cells next to the edge on both sides, outside its error and where motions settle, must differ in the
+trait. No value looked at before the edge may differ from the present one, nor any where no edge was met;
+other values before it, but in chaos and beyond the end of period 1, may where a change has not lasted: over
+no more than the share of the page, of which it tells that narrower windows may have been missed. Where the
+trait is said to be as at present again, it has to be. Where a motion without a period loses contact now and
+then, some cell beside the edge has to.
 
 A cell that repeats over 60 turns with the expected traits has settled. The others, and those that confirm an
 edge, are followed 440 turns more from where they stand, and their exponent is measured. What has not settled
@@ -18,7 +18,8 @@ then is followed 6000 more, as at an edge of chaos, which may die out late: an o
 stable, and what has neither period nor chaos. So a window is seen whose multiplier passes -1 by 0.004. Where
 a value said to be chaotic is not so in the sweep, chaos has to last there, 440 turns and those of its
 exponent, from one of the `STARTS` nearest chaotic cells: the page says that it lasts so long, and when it
-dies out is chance. Motions may coexist: a cell that differs is reached once more, in finer steps.
+dies out is chance. Motions may coexist: a cell that differs is reached once more, in finer steps. Where a
+window begins and ends is known to `ACCURACY`.
 """
 
 import itertools
@@ -28,7 +29,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.assessment.assess import REACH
+from jointplay.analysis.assessment.assess import ACCURACY, REACH
 from jointplay.analysis.assessment.edges import HOW
 from jointplay.analysis.assessment.settled import CHANGES
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
@@ -49,6 +50,7 @@ POINTS, SEEN, ALIKE = ("journal_x", "journal_y", "angular_velocity"), 60, 2e-4
 SHORT, LONG, LASTING = 100, 440, 6000  # turns before a cell is looked at, and before it is looked at again
 BEFORE, SWINGING = 300, 4000  # turns before a run is recorded; without friction
 TURNS, STRETCHES = 20, 10  # recorded in a stretch; of a motion that does not repeat
+NEARLY = 5e-6  # relative: how near points come in the longest runs, but at an edge
 STEADY = 0.98  # of a distance after some thirty turns: less is left of one that dies out
 REPEATING, WANDERING, BAND = 0.01, 0.15, 0.05  # how near numbers lie, relative
 SLOW = 1e-4  # of the parameter: so near an edge a motion does not settle in the turns that are followed
@@ -78,11 +80,11 @@ def outward(looked, edges, others, even):
     return ratios, np.isin(ratios, looked)
 
 
-def turns_to_repeat(found):
+def turns_to_repeat(found, alike=ALIKE):
     """Turns after which section points repeat, by journals' places in units of their reach, and by speeds."""
     points = section_points(found)
     for period in range(1, len(points) // 2 + 1):
-        if np.max(np.abs(points[period:] - points[:-period])) < ALIKE:
+        if np.max(np.abs(points[period:] - points[:-period])) < alike:
             return period
     return 0
 
@@ -101,14 +103,14 @@ def nears(found):
     return last.max() < STEADY * first.max()
 
 
-def traits(found):
+def traits(found, alike=ALIKE):
     """Answers of `CHANGES` of a settled motion."""
     value, error, follows = (
         float(np.ravel(found.get(f"section_{name}", np.nan))[0])
         for name in ("exponent_per_turn", "standard_error_per_turn", "batch_correlation")
     )
     follows = np.clip(follows, 0.0, 0.99)  # of batch means, by which their error is too small
-    period = turns_to_repeat(found)
+    period = turns_to_repeat(found, alike)
     chaotic = period == 0 and value > 3 * error * np.sqrt((1 + follows) / (1 - follows))
     return np.array([np.any(np.asarray(found["contact_fraction"]) < 1), period != 1, chaotic])
 
@@ -166,10 +168,12 @@ def swept(mechanism, key, values, present, judged, needed):
             (answers[i],), settled = followed_on([place], [end], LONG, 200)
             if not settled:
                 (answers[i],), _ = followed_on([place], [end], LASTING, 800)
+            if np.any(answers[i] != present):  # an orbit may have doubled by very little
+                (answers[i],), _ = followed_on([place], [end], LASTING, 800, NEARLY)
     return answers
 
 
-def followed_on(places, starts, turns, averaged):
+def followed_on(places, starts, turns, averaged, alike=ALIKE):
     """Answers of `CHANGES` of motions that are followed on; and whether these are settled.
 
     A period is where its orbit is stable, no period where the motion is chaotic. A slow swing about an orbit
@@ -182,9 +186,9 @@ def followed_on(places, starts, turns, averaged):
     for i, one in enumerate(settle_together(list(zip(places, starts, strict=True)), plan)):
         assert one["status"] == 0, one["trouble"]
         described = {name: each[1] for name, each in (one["points"] | one["values"]).items()}
-        answers[i] = traits(described)
+        answers[i] = traits(described, alike)
         stable = np.ravel(described["section_exponent_per_turn"])[0] < 0
-        period = turns_to_repeat(described)
+        period = turns_to_repeat(described, alike)
         settled[i] = stable and not (period > 1 and nears(described)) if period else answers[i, -1]
     return answers, settled
 
@@ -199,7 +203,7 @@ def by_change(ratios, here):
     for i, change in enumerate(CHANGES):
         one = here.sel(change=change)
         edge, error = float(one["edge_ratio"]), float(one["edge_ratio_error"])
-        close = np.abs(ratios - edge) <= max((1 - 1e-9) * error, SLOW)
+        close = np.abs(ratios - edge) <= error + SLOW
         before[:, i] = ~close & ~(away >= abs(np.log(edge)))  # all of them where no edge was met
         if HOW[int(one["found_by"])] == "irregular":
             cells.append(np.flatnonzero(np.abs(np.log(ratios / edge)) < CELLS * FINE * STEP))
@@ -232,7 +236,8 @@ def disagreements(mechanism, found, key, side, reach):
     cells, judged = by_change(ratios, here)
     windows = here[["window_low", "window_high"]].to_array().values.T  # told of: no motion there is judged
     assert not np.any(windows[:, 1] / windows[:, 0] > 1 + float(found["lasting_share"]) + 1e-9)
-    inside = np.any([(low <= ratios) & (ratios <= high) for low, high in windows] + [ratios < 0], axis=0)
+    about = windows * [1 - ACCURACY, 1 + ACCURACY]
+    inside = np.any([(low <= ratios) & (ratios <= high) for low, high in about] + [ratios < 0], axis=0)
     left = abs(np.log(edges[CHANGES.index("doubling")]))  # beyond it single values are looked at
     beyond = np.abs(np.log(ratios)) > left
     judged &= ~irregular & ~inside[:, None] & (looked | ~(beyond | present[-1]))[:, None]

@@ -120,6 +120,19 @@ def test_behind_an_orbit_what_has_no_period_is_asked_whether_it_is_chaotic(monke
     assert edge == pytest.approx(2e-4, rel=2e-3)
 
 
+def test_chaos_is_over_where_there_is_a_period_and_not_where_nothing_is_sure():
+    side = edges_module.Side(motion(1), 1.0, 0.01, 1.0)
+    side.change("chaos", 1.1, 1.1, "bracketed")
+    for value, each in (
+        (1.2, motion(0, CHAOTIC)),
+        (1.3, motion(0, UNSURE)),
+        (1.4, motion(3)),
+        (1.5, motion(5)),
+    ):
+        side.at(value, each.traits, each.period)
+    assert side.found["chaos"][-2] == 1.4
+
+
 def test_forces_of_what_is_not_followed_to_its_end_are_a_status_and_a_word():
     linkage = jp.catalog.chunmei2002(clearance=2.9e-5)
     found = assessed(linkage, None, 1, replace(HOW, max_steps=5))

@@ -229,10 +229,14 @@ class Side:
         """Whether a motion may be the first chaotic one: it has no period, and is asked for longer."""
         return not (motion.period or self.here.traits["chaos"] or self.found["chaos"][-1])
 
-    def returned(self, traits: dict[str, bool]) -> list[str]:
-        """Changes behind which a trait is as at present for the first time again."""
+    def returned(self, traits: dict[str, bool], period: int) -> list[str]:
+        """Changes behind which a trait is as at present for the first time again, for certain.
+
+        What has no period may be chaotic even where its exponent does not say so.
+        """
+        open_yet = {"chaos"} if not (period or traits["chaos"]) else set()
         missed = (n for n, found in self.found.items() if found[-1] and math.isnan(found[-2]))
-        return [name for name in missed if traits[name] == self.here.traits[name]]
+        return [n for n in missed if n not in open_yet and traits[n] == self.here.traits[n]]
 
     def at(self, value: float, traits: dict[str, bool], period: int) -> None:
         """Note a value looked at, and which traits are as at present there for the first time again."""
@@ -240,7 +244,7 @@ class Side:
         done = abs(math.log(value / self.begin)) / math.log(self.reach)
         stands(done, f"{self.name}: {value / self.begin:.2f} of present")
         self.looked.append((value, traits, period))
-        for name in self.returned(traits):
+        for name in self.returned(traits, period):
             edge, how = self.found[name][0], self.found[name][-1]
             if abs(math.log(value / edge)) > math.log1p(self.lasting):
                 self.found[name] = (*self.found[name][:-2], value, how)
@@ -411,7 +415,7 @@ def _carried_along(side: Side, carried: Carried, search: Search, way: int) -> No
     carried.lasts[here], values = here, search.values(begin, way)
     while len(values) and not side.complete:
         spot = carried.chaotic(float(values[0]), trail[-1][1])
-        if side.changed(spot[1].traits) or side.returned(spot[1].traits):
+        if side.changed(spot[1].traits) or side.returned(spot[1].traits, spot[1].period):
             spot = carried.lasting(spot)
         last = spot
         for name in side.changed(spot[1].traits):
