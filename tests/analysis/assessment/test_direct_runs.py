@@ -18,8 +18,8 @@ then is followed 6000 more, as at an edge of chaos, which may die out late: an o
 stable, and what has neither period nor chaos. So a window is seen whose multiplier passes -1 by 0.004. Where
 a value said to be chaotic is not so in the sweep, chaos has to last there, 440 turns and those of its
 exponent, from one of the `STARTS` nearest chaotic cells: the page says that it lasts so long, and when it
-dies out is chance. Motions may coexist: a cell that differs is reached once more, in finer steps. Where a
-window begins and ends is known to `ACCURACY`.
+dies out is chance. Motions may coexist: a cell that differs is reached once more, in finer steps;
+beside an edge the usual start counts, too. Where a window begins and ends is known to `ACCURACY`.
 """
 
 import itertools
@@ -193,6 +193,14 @@ def followed_on(places, starts, turns, averaged, alike=ALIKE):
     return answers, settled
 
 
+def alone(mechanism):
+    """Answers of `CHANGES` of the motion from the usual start."""
+    (answer,), settled = followed_on([mechanism], [None], LONG, 200)
+    if not settled:
+        (answer,), _ = followed_on([mechanism], [None], LASTING, 800)
+    return answer
+
+
 def by_change(ratios, here):
     """Cells that confirm each change: of an edge the last before and the first beyond it, outside its error.
 
@@ -253,6 +261,8 @@ def disagreements(mechanism, found, key, side, reach):
         if irregular[i]:  # seen in some of the cells
             bad |= same[cells[i]].all()
         elif np.isfinite(edge):
+            for cell in cells[i][same[cells[i]] != [True, False]]:  # motions may coexist
+                same[cell] = alone(mechanism.varied({key: begin * ratios[cell]}))[i] == present[i]
             bad |= same[cells[i]].tolist() != [True, False]
         if bad:
             yield key, side, change, edge, answers[:, i].tolist()
