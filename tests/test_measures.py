@@ -26,7 +26,7 @@ NO_CODE = (
 RUN = 6  # lines that are repeated
 BOUNDS = {
     "code lines of the suite": 43_287,
-    "code lines of its analyses": 15_212,
+    "code lines of its analyses": 15_209,
     "code lines of all three packages": 48_716,
     "files of the suite": 413,
     "files with one reader": 90,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -31,6 +31,12 @@ class End(NamedTuple):
     state: np.ndarray
     crank_angle: float
     journals: np.ndarray | None = None
+
+    @classmethod
+    def read(cls, given: Sequence[Any]) -> End:
+        """An end as a journal gives it back."""
+        names, *rest = given
+        return cls(tuple(names), *rest)
 
 
 def end_of(model: Model, state: np.ndarray) -> End:

@@ -114,7 +114,7 @@ class Settled:
     @classmethod
     def of(cls, mechanism: Mechanism, plain: Mapping[str, Any]) -> Settled:
         """The motion of a mechanism, from the answer of a cell."""
-        return cls(mechanism, End(*plain["end"]), plain["values"], plain["orbit"], plain["radius"])
+        return cls(mechanism, End.read(plain["end"]), plain["values"], plain["orbit"], plain["radius"])
 
     @property
     def period(self) -> int:

@@ -173,9 +173,7 @@ class Chain:
 
     def begun(self, n: int, end: Sequence[Any] | None) -> Entry:
         """Mechanism and model of the n-th point, after one that ended so."""
-        here, last = self.mechanism.varied(self.changes[n]), end
-        if end is not None and not isinstance(end, End):  # from a journal
-            last = End(*end)
+        here, last = self.mechanism.varied(self.changes[n]), None if end is None else End.read(end)
         return {"begun": (here, continued(here, last, self.start, self.plan.section))}
 
     def only(self, key: str) -> Chain:

@@ -109,7 +109,7 @@ def outcomes(
     ready = [i for i, each in enumerate(made) if not each["status"]]
     if ends is not None:
         for i in ready:
-            made[i]["point"] = (made[i]["point"][0], End(*ends[i]))
+            made[i]["point"] = (made[i]["point"][0], End.read(ends[i]))
     motions = dict(zip(ready, _settled([made[i]["point"] for i in ready], asked.plan), strict=True))
     rows = [_answer(motions.get(i, made[i]), made[i], asked) for i in range(len(changes))]
     return {
