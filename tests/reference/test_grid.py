@@ -13,6 +13,7 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.starts import End, placed, state_names
+from jointplay.analysis.states.journal_position import Journals
 from jointplay.solver.mechanism.assemble import assemble
 from tests.method.test_tangent import differences, scaled
 from tests.support.laws_grid import GUIDED, PAIRS, SCENES, mechanism
@@ -99,14 +100,16 @@ def test_a_sweep_has_an_exponent(pair):
 
 
 @pytest.mark.long
-def test_a_sweep_of_rigid_bearings_goes_up_and_says_why_not_down():
-    """A clearance that shrinks leaves the end of the last motion beyond the face."""
+def test_a_sweep_of_rigid_bearings_goes_up_and_down():
+    """A clearance that shrinks leaves the end of the last motion beyond the face, to which it is brought."""
     faces = mechanism("slider_crank", "restitution", "none", False)
     cells = {"over": {"clearance": [1e-4, 1.1e-4]}, "turns": 1, "transient": 0, "lyapunov_turns": 1}
-    up = jp.bifurcation(faces, **cells, direction=("up",), exponents=1)
-    assert int(up["status"]) == 0
-    assert np.isfinite(up["lyapunov_exponent"]).all()
-    model = assemble(faces.replace(clearance={"B": 1e-4}))
-    end = End(state_names(model), np.array([0.0, 0.12 + 0.05 + 1.1e-4, 0.0, 0.0]), 0.0)
-    with pytest.raises(jp.InputError, match="clearances out at B"):
-        placed(faces.replace(clearance={"B": 1e-4}), end)
+    both = jp.bifurcation(faces, **cells, direction=("up", "down"), exponents=1)
+    assert int(both["status"]) == 0
+    assert np.isfinite(both["lyapunov_exponent"]).all()
+    narrow = faces.replace(clearance={"B": 1e-4})
+    end = End(state_names(assemble(narrow)), np.array([0.0, 0.12 + 0.05 + 1.1e-4, 0.0, 0.0]), 0.0)
+    model = placed(narrow, end)
+    (ratios,) = Journals(model).eccentricity_ratios(model.state[None, :])
+    assert ratios == pytest.approx(1.0)
+    assert model.state[1] == pytest.approx(0.12 + 0.05 + 1e-4)
