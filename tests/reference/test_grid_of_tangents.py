@@ -271,7 +271,7 @@ def test_tangents_are_those_of_twins(name):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("name", marked(SCENES, QUICK[:1]))
+@pytest.mark.parametrize("name", SCENES)
 def test_in_lanes_twins_have_the_same_tangents(name):
     """Of motions that differ in the start, and in the parameter; what does not go in lanes says why."""
     scene = SCENES[name]

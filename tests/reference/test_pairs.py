@@ -37,19 +37,18 @@ KNOWN = {}  # scenes by number whose numbers are wrong today, and why
 
 
 def quick(choice):
-    """Whether a scene is followed by default: rigid links, one motion, joints whose equations are short."""
+    """Whether a scene is soon followed: rigid links, one motion, joints whose equations are short."""
     short = choice["elastic"] == "rigid" and choice["joint"] not in ("group", "guide", "moving_guide")
     return short and choice["analysis"] != "gradient" and choice["way"] == "single"
 
 
 def marked(number, choice):
-    """A scene of the default tests, or a long one."""
-    marks = [] if quick(choice) and number not in LONG else [pytest.mark.nightly]
+    """A long scene, or a nightly one."""
+    marks = [pytest.mark.long if quick(choice) and number not in LONG else pytest.mark.nightly]
     marks += [pytest.mark.xfail(strict=True, reason=KNOWN[number])] if number in KNOWN else []
     return pytest.param(number, id="-".join([str(number), *choice.values()]), marks=marks)
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize("number", [marked(*each) for each in enumerate(DESIGN)])
 def test_features_together_are_what_the_bodies_say(number):
     choice = DESIGN[number]

@@ -30,13 +30,8 @@ return { ...found, state: solver.state() };
 """
 
 
-def long(name):
-    """A scene by its name, left to the long tests, or to the nightly ones."""
-    return pytest.param(name, marks=pytest.mark.nightly if name in DEAREST else pytest.mark.long)
-
-
 STATES = ("angle", "angular_velocity", "state_value", "slide_position")
-SCENES = {  # the paper's cases by their letters; those in `LONG` have structures that few other tests need
+SCENES = {  # the paper's cases by their letters
     "A": lambda: PAPER(),
     "B": lambda: PAPER(gear_ratio=3.0),
     "C": lambda: PAPER(gear_ratio=3.0, clearance=2.9e-4),
@@ -54,18 +49,8 @@ SCENES = {  # the paper's cases by their letters; those in `LONG` have structure
     "rests": lambda: jp.catalog.impact_pair(gap=0.4, restitution=0.6),
     "own equations": lambda: written("impact_oscillator"),
 }
-LONG = {
-    "A",
-    "own equations",
-    "two joints",
-    "slider-crank",
-    "guide",
-    "rigid bearing",
-}
-DEAREST = {"no tension", "elastic", "remembered speeds", "implicit law"}
 FINE = {"implicit law": 1e-12}  # where one contact ends so slowly that its time is known no better at RTOL
 CUT = {"A", "C"}  # by a section
-NAMES = [long(name) if name in LONG | DEAREST else name for name in SCENES]
 
 
 def events(motion):
@@ -78,7 +63,7 @@ def events(motion):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SCENES)
 def test_two_turns_are_the_compiled_ones(name, tmp_path):
     mechanism = SCENES[name]()
     section = jp.CrankAngle() if name in CUT else None

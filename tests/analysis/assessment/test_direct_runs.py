@@ -165,9 +165,7 @@ def swept(mechanism, key, values, present, judged, needed):
             )
             end = finer.isel(direction=0).sel({dim: between[-1]})["end_state"].values
             place = mechanism.varied({key: float(between[-1])})
-            (answers[i],), settled = followed_on([place], [end], LONG, 200)
-            if not settled:
-                (answers[i],), _ = followed_on([place], [end], LASTING, 800)
+            answers[i] = from_start(place, end)
             if np.any(answers[i] != present):  # an orbit may have doubled by very little
                 (answers[i],), _ = followed_on([place], [end], LASTING, 800, NEARLY)
     return answers
@@ -193,11 +191,11 @@ def followed_on(places, starts, turns, averaged, alike=ALIKE):
     return answers, settled
 
 
-def alone(mechanism):
-    """Answers of `CHANGES` of the motion from the usual start."""
-    (answer,), settled = followed_on([mechanism], [None], LONG, 200)
+def from_start(mechanism, start=None):
+    """Answers of `CHANGES` of the motion from a start, the usual one if left out, once it has settled."""
+    (answer,), settled = followed_on([mechanism], [start], LONG, 200)
     if not settled:
-        (answer,), _ = followed_on([mechanism], [None], LASTING, 800)
+        (answer,), _ = followed_on([mechanism], [start], LASTING, 800)
     return answer
 
 
@@ -262,7 +260,7 @@ def disagreements(mechanism, found, key, side, reach):
             bad |= same[cells[i]].all()
         elif np.isfinite(edge):
             for cell in cells[i][same[cells[i]] != [True, False]]:  # motions may coexist
-                same[cell] = alone(mechanism.varied({key: begin * ratios[cell]}))[i] == present[i]
+                same[cell] = from_start(mechanism.varied({key: begin * ratios[cell]}))[i] == present[i]
             bad |= same[cells[i]].tolist() != [True, False]
         if bad:
             yield key, side, change, edge, answers[:, i].tolist()
