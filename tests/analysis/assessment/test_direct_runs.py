@@ -6,11 +6,12 @@ forces, impact speeds, separations, the repeat, chaos (two motions that part), a
 *Edges.* A sweep at rtol 1e-8 carries the motion from the present value outward over values 1 % apart, across
 each edge in steps a tenth as long, and over both ends of its bracket; section points say whether it repeats.
 The cells next to the edge on both sides, outside its error and where motions settle, must differ in the
-trait. No value looked at before the edge may differ from the present one, nor any where no edge was met;
-other values before it, but in chaos and beyond the end of period 1, may where a change has not lasted: over
-no more than the share of the page, of which it tells that narrower windows may have been missed. Where the
-trait is said to be as at present again, it has to be. Where a motion without a period loses contact now and
-then, some cell beside the edge has to.
+trait. Where two motions enclose the edge, it is at their values that they must differ, and again in some cell
+beyond: windows of the other motion lie there. No value looked at before the edge may differ from the present
+one, nor any where no edge was met; other values before it, but in chaos and beyond the end of period 1, may
+where a change has not lasted: over no more than the share of the page, of which it tells that narrower
+windows may have been missed. Where the trait is said to be as at present again, it has to be. Where a motion
+without a period loses contact now and then, some cell beside the edge has to.
 
 A cell that repeats over 60 turns with the expected traits has settled. The others, and those that confirm an
 edge, are followed 440 turns more from where they stand, and their exponent is measured. What has not settled
@@ -48,6 +49,7 @@ SECTION, RTOL = jp.CrankAngle(), 1e-8
 SWAYING = 1e-10  # rtol where a journal swings undamped: what it leaves behind is amplified 1 / (1 - ρ) times
 POINTS, SEEN, ALIKE = ("journal_x", "journal_y", "angular_velocity"), 60, 2e-4
 SHORT, LONG, LASTING = 100, 440, 6000  # turns before a cell is looked at, and before it is looked at again
+SWAYS = 600  # the first of these without friction: less, and the swing carries motions off to others
 BEFORE, SWINGING = 300, 4000  # turns before a run is recorded; without friction
 TURNS, STRETCHES = 20, 10  # recorded in a stretch; of a motion that does not repeat
 NEARLY = 5e-6  # relative: how near points come in the longest runs, but at an edge
@@ -127,7 +129,8 @@ def swept(mechanism, key, values, present, judged, needed):
     by change, those of chaos last.
     """
     way = "up" if abs(values[-1]) > abs(values[0]) else "down"
-    settings = {"transient": SHORT, "turns": SEEN, "keep": SEEN, "record": POINTS}
+    short = SWAYS if frictionless(mechanism) else SHORT
+    settings = {"transient": short, "turns": SEEN, "keep": SEEN, "record": POINTS}
     settings |= {"rtol": tolerance(mechanism), "section": SECTION, "n_jobs": 1}
     sweep = jp.bifurcation(mechanism, over={key: np.sort(values)}, direction=way, **settings)
     assert np.all(sweep["cell_status"] == 0)
@@ -202,7 +205,8 @@ def from_start(mechanism, start=None):
 def by_change(ratios, here):
     """Cells that confirm each change: of an edge the last before and the first beyond it, outside its error.
 
-    Of an irregular one those beside it. Also, over ratios and `CHANGES`, which lie before the edge.
+    Of one that two motions enclose their places, and then those beyond; of an irregular one those beside it.
+    Also, over ratios and `CHANGES`, which lie before the edge.
     """
     cells, before = [], np.zeros((len(ratios), len(CHANGES)), dtype=bool)
     away = np.abs(np.log(ratios))
@@ -214,8 +218,17 @@ def by_change(ratios, here):
         if HOW[int(one["found_by"])] == "irregular":
             cells.append(np.flatnonzero(np.abs(np.log(ratios / edge)) < CELLS * FINE * STEP))
         elif np.isfinite(edge):
-            beyond = ~close & (away > abs(np.log(edge)))
-            cells.append(np.array([np.flatnonzero(before[:, i])[-1], np.flatnonzero(beyond)[0]]))
+            beyond = np.flatnonzero(~close & (away > abs(np.log(edge))))
+            last, first, *more = np.flatnonzero(before[:, i])[-1], *beyond[:CELLS]
+            if HOW[int(one["found_by"])] == "bracketed":
+                ends = [float(one[f"bracket_{end}"]) for end in ("low", "high")]
+                last, first = (
+                    int(np.argmin(np.abs(ratios - end)))
+                    for end in sorted(ends, key=lambda end: abs(np.log(end)))
+                )
+            else:
+                more = []
+            cells.append(np.unique([last, first, *more]))
         else:
             cells.append(np.zeros(0, dtype=int))
     return cells, before
@@ -249,8 +262,8 @@ def disagreements(mechanism, found, key, side, reach):
     judged &= ~irregular & ~inside[:, None] & (looked | ~(beyond | present[-1]))[:, None]
     again = [np.flatnonzero(ratios == back) for back in backs]
     needed = [np.concatenate(each) for each in zip(cells, again, strict=True)]
-    last = max([*np.flatnonzero(judged.any(axis=1)), *np.concatenate(needed)], default=0) + 1
-    ratios, judged, looked = ratios[:last], judged[:last], looked[:last]
+    count = max([*np.flatnonzero(judged.any(axis=1)), *np.concatenate(needed)], default=0) + 1
+    ratios, judged, looked = ratios[:count], judged[:count], looked[:count]
     answers = swept(mechanism, key, begin * ratios, present, judged, needed)
     for i, (change, edge) in enumerate(zip(CHANGES, edges, strict=True)):
         same = answers[:, i] == present[i]
@@ -259,9 +272,11 @@ def disagreements(mechanism, found, key, side, reach):
         if irregular[i]:  # seen in some of the cells
             bad |= same[cells[i]].all()
         elif np.isfinite(edge):
-            for cell in cells[i][same[cells[i]] != [True, False]]:  # motions may coexist
+            (last, first), more = cells[i][:2], cells[i][2:]
+            for cell in [cell for cell, as_now in ((last, True), (first, False)) if same[cell] != as_now]:
+                # motions may coexist
                 same[cell] = from_start(mechanism.varied({key: begin * ratios[cell]}))[i] == present[i]
-            bad |= same[cells[i]].tolist() != [True, False]
+            bad |= not same[last] or same[first] or (len(more) > 0 and same[more].all())
         if bad:
             yield key, side, change, edge, answers[:, i].tolist()
 

@@ -91,6 +91,17 @@ def test_how_long_an_end_lasts_is_a_setting(monkeypatch, low, high, share, windo
     assert np.isnan(edge) if windows else edge == pytest.approx(at * high, rel=0.003)
 
 
+def test_a_window_is_one_though_the_chaos_before_it_is_too_short_to_be_met_from_it(monkeypatch):
+    """Another window lies before that chaos; together they are longer than an end of chaos has to last."""
+    at = values()[2]
+    here = scene(monkeypatch, [(at * 0.9985, at * 1.003, 1), (at * 1.004, at * 1.012, 2)], 0.0)
+    answer = found(here)
+    assert np.isnan(answer["edge"]).all()
+    ((low, high, period),) = answer["windows"]
+    assert (low, high) == pytest.approx((at * 0.9985, at * 1.003), rel=3e-4)
+    assert period == 1
+
+
 def test_beyond_the_end_of_chaos_each_change_is_an_edge(monkeypatch):
     """Period 1 that doubles again soon beyond the end of chaos has been reached there all the same."""
     at = values()[2]

@@ -419,11 +419,12 @@ def _carried_along(side: Side, carried: Carried, search: Search, way: int) -> No
             spot = carried.lasting(spot)
         last = spot
         for name in side.changed(spot[1].traits):
-            if window := _window(carried, name, trail[-1], spot, here, search):
+            window = _window(carried, name, trail[-1], spot, here, search)
+            if window := window or _halved(
+                side, carried, name, *_neighbours(carried, name, trail, spot), search
+            ):
                 last = window.back
                 side.windows |= {} if spot[1].traits["chaos"] else {spot[0]: window[:3]}
-            else:
-                _halved(side, carried, name, *_neighbours(carried, name, trail, spot), search)
         side.at(spot[0], spot[1].traits, spot[1].period)
         trail.append(last)
         values = values[1:]
@@ -448,8 +449,13 @@ def _window(
     return carried.stretch(last, place, name if place[1].traits["chaos"] else "chaos", search.lasting)
 
 
-def _halved(side: Side, carried: Carried, name: str, last: Spot, first: Spot, search: Search) -> None:
-    """Halve the distance of two motions that differ in a trait, from the first one; note the change."""
+def _halved(
+    side: Side, carried: Carried, name: str, last: Spot, first: Spot, search: Search
+) -> Stretch | None:
+    """Halve the distance of two motions that differ in a trait, and note the change, or return its window.
+
+    Where chaos in between is too short to be seen from the first one, a window seems to begin farther back.
+    """
     while abs(first[0] - last[0]) > search.accuracy * abs(first[0]):
         value = (first[0] + last[0]) / 2
         middle = carried.lasting((value, carried.at(value, last[1])))
@@ -457,9 +463,12 @@ def _halved(side: Side, carried: Carried, name: str, last: Spot, first: Spot, se
         window = None if same else _window(carried, name, last, middle, side.here, search)
         if same:
             last = middle
+        elif window and window.low <= first[0] <= window.high:
+            return window
         elif window and abs(window.back[0] - value) < abs(first[0] - value):  # before the edge
             last = window.back
         else:
             first = middle
     irregular = name == "contact_loss" and not first[1].period
     side.change(name, last[0], first[0], "irregular" if irregular else "bracketed")
+    return None

@@ -135,7 +135,7 @@ class Settled:
 
 def present(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
     """The motion from a start as it is in the end: its orbit where it has one, else after a long time."""
-    section = section_map(placed(mechanism, start, ONCE_A_TURN), ONCE_A_TURN, 1, SHARP, how.max_steps)
+    section = _sharp(mechanism, start, how)
     motion, last = _sought(section, mechanism, SOUGHT, how)
     if motion is not None:
         return motion
@@ -149,9 +149,14 @@ def present(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
 
 def reached(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
     """The motion from a start after few turns: its orbit where it has one, else as it is then."""
-    section = section_map(placed(mechanism, start, ONCE_A_TURN), ONCE_A_TURN, 1, SHARP, how.max_steps)
+    section = _sharp(mechanism, start, how)
     motion, last = _sought(section, mechanism, SOUGHT[:1], how)
     return motion or followed(mechanism, last, replace(how, transient=0))
+
+
+def _sharp(mechanism: Mechanism, start: Any, how: Plan) -> SectionMap:
+    """The map of a turn from a start on, at a tolerance that tells multipliers near 1 apart."""
+    return section_map(placed(mechanism, start, ONCE_A_TURN), ONCE_A_TURN, 1, SHARP, how.max_steps)
 
 
 def _sought(
@@ -224,16 +229,24 @@ def settled(mechanism: Mechanism, start: Any, how: Plan, usual: int = 1) -> Sett
 
     A period other than the `usual` one counts if it is found again later: a motion that alternates about an
     orbit of period 1 as it decays seems to have period 2. If none is usual an exponent is measured at once.
+    What still swings about such an orbit in the end, and approaches it, is that orbit.
     """
     motion = followed(mechanism, start, how if usual else replace(how, exponents=1))
     for more in PATIENCE:
-        if motion.period == max(usual, 1) or motion.traits["chaos"]:
-            break
+        if (orbit := _about(motion, usual, how)) is not None:
+            return orbit
         longer, before = replace(how, transient=max(more * how.transient, 1), exponents=1), motion.period
         motion = followed(mechanism, motion.end, longer)
         if before and motion.period == before:
             break
-    return motion
+    return _about(motion, usual, how) or motion
+
+
+def _about(motion: Settled, usual: int, how: Plan) -> Settled | None:
+    """The motion, of the usual period or chaotic; else the orbit that it approaches, if there is one."""
+    if motion.period == max(usual, 1) or motion.traits["chaos"]:
+        return motion
+    return _sought(_sharp(motion.mechanism, motion.end, how), motion.mechanism, SOUGHT[:1], how)[0]
 
 
 def lasting(motion: Settled, how: Plan, waits: tuple[int, ...] = LASTING) -> Settled:
