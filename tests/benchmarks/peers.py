@@ -12,9 +12,17 @@ from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.motion.trajectory import MAX_STEPS
 from jointplay_lab.precision.contenders import Ours
-from jointplay_lab.precision.schedule import PEERS, Plan
-from jointplay_lab.precision.truth import Truth
-from jointplay_lab.precision.work_precision import RTOL, TOLERANCES, Row, contender, dataset, measure
+from jointplay_lab.precision.work_precision import (
+    PEERS,
+    SHARP,
+    TOLERANCES,
+    Plan,
+    Row,
+    Truth,
+    contender,
+    dataset,
+    measure,
+)
 
 from .tuned_heyoka import TunedHeyoka
 
@@ -29,14 +37,14 @@ CASES = {
 def compare(case, methods, rounds, budget):
     """The dataset of `work_precision` for a case, with `methods` (classes of peers) beside ours."""
     model = assemble(catalog.chunmei2002(**CASES[case]))
-    truth = Truth.of(model, RTOL, model.period)
+    truth = Truth.of(model, SHARP, model.period)
     rows = []
     for method in (Ours, *methods):
         for rtol in TOLERANCES:
             ready = contender(method, model, rtol, model.period, truth, MAX_STEPS)
             rows.append(Row(method.name, rtol, ready))
     measure(rows, truth, rounds, budget)
-    return dataset(rows, truth, Plan(TOLERANCES, ()), 1.0, RTOL)
+    return dataset(rows, truth, Plan(TOLERANCES, ()), 1.0, SHARP)
 
 
 def show(case, result):

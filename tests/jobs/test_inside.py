@@ -10,7 +10,7 @@ import pytest
 import jointplay as jp
 from jointplay import catalog, cli
 from jointplay.analysis import cells
-from jointplay.analysis.states import basins, field
+from jointplay.analysis.states import basins, sensitivity
 from jointplay.jobs import worker
 from jointplay.jobs.job import CRASHED
 from jointplay.jobs.journal import Journal
@@ -31,7 +31,7 @@ STUDIES = {"plane": PLANE, "field": FIELD}
 def small_blocks(monkeypatch):
     """Six cells in place of one, each a part of its own."""
     monkeypatch.setattr(basins, "BLOCK", 5)
-    monkeypatch.setattr(field, "BLOCK", 5)
+    monkeypatch.setattr(sensitivity, "BLOCK", 5)
     monkeypatch.setattr(worker, "BATCH", 0.0)
 
 
@@ -178,7 +178,7 @@ def test_what_has_cells_no_cells_leaves_no_journal(tmp_path):
 
 
 def _hands_out(module):
-    givers = (cells.handed_out, cells.answered, field.field)
+    givers = (cells.handed_out, cells.answered, sensitivity.field)
     return any(value is giver for value in vars(module).values() for giver in givers)
 
 

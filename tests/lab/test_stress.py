@@ -20,8 +20,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.motion.trajectory import Request, follow
 from jointplay_lab.stress import motion, stress
 from jointplay_lab.stress.motion import kick, move, residual, sizes, upto
-from jointplay_lab.stress.stress import cell
-from jointplay_lab.stress.verdict import VERDICTS, disagreement, judge
+from jointplay_lab.stress.stress import VERDICTS, cell, disagreement, judge
 from tests.support.tangent_map import tangent_map
 
 TOLERANCES = (1e-8, 1e-10)

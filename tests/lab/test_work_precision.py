@@ -17,12 +17,11 @@ from jointplay.solver.method.modes import FREE, SLIP_NEGATIVE, SLIP_POSITIVE, ST
 from jointplay.solver.motion import trajectory as following
 from jointplay.solver.motion.trajectory import Request, follow, functions
 from jointplay_lab.precision import contenders, generated_code
-from jointplay_lab.precision import schedule as plans
+from jointplay_lab.precision import work_precision as plans
 from jointplay_lab.precision.contenders import Ours, Outcome
 from jointplay_lab.precision.generated_code import Equations, units
 from jointplay_lab.precision.taylor import Heyoka, slips
-from jointplay_lab.precision.truth import AGREEMENT, Truth
-from jointplay_lab.precision.work_precision import Row, time_at
+from jointplay_lab.precision.work_precision import AGREEMENT, Row, Truth, time_at
 
 LINKAGE = jp.catalog.chunmei2002(gear_ratio=3.0)
 PAIR = jp.catalog.impact_pair(gap=2.0, restitution=0.6)

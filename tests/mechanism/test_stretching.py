@@ -8,7 +8,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.mechanism.parts.shapes import hermites, sines
+from jointplay.solver.mechanism.parts.beam import hermites, sines
 from jointplay.solver.mechanism.parts.stretch import along
 
 SOFT = {"rod": 3e-4}

@@ -4,6 +4,12 @@ All follow the same motion of the same equations, in one process and by turns, w
 each locates events in its own way, and starts anew after them. Measured is CPU time, so that a busy machine
 disturbs little; even so, times are to be read as ratios.
 
+The truth, with whose end all runs are compared, is the method's own run at the tightest tolerance. It counts
+as confirmed where another method's tightest run meets the same events and comes within `CONFIRMED` of it; how
+close it comes is how well the truth is known, and errors below that mean nothing. A run agrees where it meets
+the truth's events, in their order, and its error is within `LARGE` times its tolerance: a solver whose
+equations were others would not come closer however tight its tolerance.
+
 The result's dimensions are `solver` and `rtol`: of xarray's `sel`, ``method`` and ``tolerance`` are keywords.
 """
 
@@ -12,33 +18,83 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from importlib.util import find_spec
+from itertools import pairwise
 from typing import Annotated, Unpack
 
 import numpy as np
 import xarray as xr
+from pydantic import AfterValidator
 
 from jointplay.analysis.declared import Outputs
-from jointplay.analysis.keywords import HANDED, Length, Motion, Moving, analysis
+from jointplay.analysis.keywords import HANDED, RTOL, Length, Motion, Moving, Rtol, analysis, several
 from jointplay.analysis.labels import Out
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import steps
-from jointplay.display.errors import Problem
+from jointplay.display.errors import Problem, refuse, unknown
 from jointplay.display.number_text import plain
 from jointplay.solver.mechanism.base import Count, Positive, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.progress import ticked
-from jointplay_lab.precision.contenders import Ours, Outcome, Peer
-from jointplay_lab.precision.generated_code import Equations
-from jointplay_lab.precision.schedule import PEERS, Peers, Plan, Tolerances, unknown_peers
-from jointplay_lab.precision.truth import AGREEMENT, CONFIRMED, Truth
+from jointplay.solver.motion.trajectory import MAX_STEPS
+from jointplay_lab.precision.contenders import Cvode, Dop853, Lsoda, Ours, Outcome, Peer, Radau
+from jointplay_lab.precision.generated_code import Equations, units
+from jointplay_lab.precision.taylor import Heyoka
+
+PEERS: dict[str, type[Peer]] = {peer.name: peer for peer in (Heyoka, Cvode, Lsoda, Radau, Dop853)}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The tolerances and solvers that `work_precision` compares."""
+
+    tolerances: tuple[float, ...]
+    peers: tuple[str, ...]
+
+    @property
+    def installed(self) -> tuple[str, ...]:
+        """The peers that are installed."""
+        return tuple(name for name in self.peers if find_spec(PEERS[name].package))
+
+    @property
+    def absent(self) -> tuple[str, ...]:
+        """The peers that are not installed."""
+        return tuple(name for name in self.peers if name not in self.installed)
+
+
+def _falling(tolerances: tuple[float, ...]) -> tuple[float, ...]:
+    if not tolerances or any(a <= b for a, b in pairwise(tolerances)):
+        raise refuse(tolerances, f"falling relative tolerances from {RTOL[1]:g} to {RTOL[0]:g} are accepted")
+    return tolerances
+
+
+Tolerances = Annotated[
+    several(Rtol, f"a list of falling relative tolerances from {RTOL[1]:g} to {RTOL[0]:g}"),
+    AfterValidator(_falling),
+]
+Peers = several(str, f"a list of peers: {', '.join(PEERS)}")
+
+
+def unknown_peers(peers: tuple[str, ...]) -> Iterator[Problem]:
+    """Yield the problems of peers: unknown, or named twice."""
+    for i, name in enumerate(peers):
+        if name not in PEERS:
+            yield unknown(f"peers[{i}]", name, name, PEERS, "peer")
+        elif name in peers[:i]:
+            yield Problem(f"peers[{i}]", name, "each peer is accepted once")
+
 
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
-ROUNDS, BUDGET, RTOL = 7, 60.0, 1e-13
+ROUNDS, BUDGET, SHARP = 7, 60.0, 1e-13
 LEVELS = tuple(10.0**-k for k in range(4, 11))
 NEXT = 3.0  # a run at the next tolerance may take so many times as long as the last
 SHORT = 0.01  # s: the first run after another method's tells what it left in the processor's caches
 FEWEST = 1e-4  # s: least cost of a round, beside the run itself
+AGREEMENT = ("same", "other_events", "other_state", "no_end")
+CONFIRMED = 1e-6
+LARGE = 1e5
+LOOSER = 10.0  # tolerance of the run that says how far the truth's own error may reach
 
 
 def answer(dataset: xr.Dataset) -> str:
@@ -96,7 +152,7 @@ def _linear_contact(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
             yield Problem(key, joint.contact.law, "'kelvin_voigt' is accepted")
 
 
-@analysis(unknown_peers, _linear_contact, "model", usual={"rtol": RTOL}, outputs=OUTPUTS)
+@analysis(unknown_peers, _linear_contact, "model", usual={"rtol": SHARP}, outputs=OUTPUTS)
 def work_precision(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
     *,
@@ -135,7 +191,7 @@ def work_precision(  # noqa: D417 (nobody gives it the model)
     InputError
         Listing what makes no sense.
     """
-    from jointplay_lab.precision.truth import Truth
+    from jointplay_lab.precision.work_precision import Truth
 
     plan = Plan(tolerances, peers)
     limit = steps(motion["max_steps"])
@@ -295,3 +351,35 @@ def time_at(rows: Sequence[Row], error: float) -> float:
     errors = [math.log(max(row.error, 1e-300)) for row in reversed(front)]
     times = [math.log(row.median) for row in reversed(front)]
     return math.exp(np.interp(math.log(error), errors, times))
+
+
+@dataclass(frozen=True)
+class Truth:
+    """End of a motion: the tightest run, its difference from one at ten times its tolerance, units."""
+
+    outcome: Outcome
+    own_difference: float
+    unit: np.ndarray
+
+    @classmethod
+    def of(cls, model: Model, rtol: float, end: float, max_steps: int = MAX_STEPS) -> Truth:
+        """Follow a model up to a time with the tightest tolerance, and once more."""
+        tight = Ours(model, rtol, end, max_steps).run()
+        truth = cls(tight, math.nan, units(model))
+        looser = Ours(model, LOOSER * rtol, end, max_steps).run()
+        return cls(tight, truth.error(looser), truth.unit)
+
+    def error(self, outcome: Outcome) -> float:
+        """Largest difference of a state at the end, in its unit; NaN where either run did not get there."""
+        if outcome.status != "ok" or self.outcome.status != "ok":
+            return math.nan
+        return float(np.max(np.abs(outcome.state - self.outcome.state) / self.unit))
+
+    def agreement(self, outcome: Outcome, tolerance: float) -> str:
+        """Agreement of a run, as a word of `AGREEMENT`."""
+        error = self.error(outcome)
+        if not math.isfinite(error):
+            return "no_end"
+        if outcome.events != self.outcome.events:
+            return "other_events"
+        return "same" if error <= LARGE * tolerance else "other_state"

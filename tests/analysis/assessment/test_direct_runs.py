@@ -126,7 +126,7 @@ def swept(mechanism, key, values, present, judged, needed):
     """Answers of `CHANGES` over the values, in their order: of the `needed` cells from the longer runs.
 
     `judged`, over values and `CHANGES`, says which answers have to be the `present` ones; `needed` has cells
-    by change, those of chaos last.
+    of which the last are followed longest, since chaos may die out in them.
     """
     way = "up" if abs(values[-1]) > abs(values[0]) else "down"
     short = SWAYS if frictionless(mechanism) else SHORT
@@ -202,11 +202,12 @@ def from_start(mechanism, start=None):
     return answer
 
 
-def by_change(ratios, here):
+def by_change(ratios, here, share):
     """Cells that confirm each change: of an edge the last before and the first beyond it, outside its error.
 
-    Of one that two motions enclose their places, and then those beyond; of an irregular one those beside it.
-    Also, over ratios and `CHANGES`, which lie before the edge.
+    Of one that two motions enclose, as chaos always is, their places, and then those beyond over the share
+    that it has to last; of an irregular one those beside it. Also, over ratios and `CHANGES`, which lie
+    before the edge.
     """
     cells, before = [], np.zeros((len(ratios), len(CHANGES)), dtype=bool)
     away = np.abs(np.log(ratios))
@@ -219,13 +220,14 @@ def by_change(ratios, here):
             cells.append(np.flatnonzero(np.abs(np.log(ratios / edge)) < CELLS * FINE * STEP))
         elif np.isfinite(edge):
             beyond = np.flatnonzero(~close & (away > abs(np.log(edge))))
-            last, first, *more = np.flatnonzero(before[:, i])[-1], *beyond[:CELLS]
-            if HOW[int(one["found_by"])] == "bracketed":
+            last, first, *more = np.flatnonzero(before[:, i])[-1], *beyond
+            if change == "chaos" or HOW[int(one["found_by"])] == "bracketed":
                 ends = [float(one[f"bracket_{end}"]) for end in ("low", "high")]
                 last, first = (
                     int(np.argmin(np.abs(ratios - end)))
                     for end in sorted(ends, key=lambda end: abs(np.log(end)))
                 )
+                more = [cell for cell in more if cell > first and away[cell] < away[first] + 1.5 * share]
             else:
                 more = []
             cells.append(np.unique([last, first, *more]))
@@ -248,27 +250,31 @@ def disagreements(mechanism, found, key, side, reach):
     present, begin = found["present"].values == 1, float(here["present_value"])
     edges, backs = here["edge_ratio"].values, here["return_ratio"].values
     irregular = np.array([HOW[how] == "irregular" for how in here["found_by"].values])
-    ends = np.concatenate([here["bracket_low"].values, here["bracket_high"].values, backs])
+    share = float(found["lasting_share"])
+    farther = np.outer(edges, (1 + share) ** ({"below": -1, "above": 1}[side] * np.linspace(0, 1, 21)[1:]))
+    ends = [here["bracket_low"].values, here["bracket_high"].values, backs, farther.ravel()]
+    ends = np.concatenate(ends)
     looked = here["looked_ratio"].values[np.isfinite(here["looked_ratio"].values)]
     looked = np.append(1.0, looked)
     ratios, looked = outward(looked, edges[np.isfinite(edges)], ends[np.isfinite(ends)], not present[-1])
-    cells, judged = by_change(ratios, here)
+    cells, judged = by_change(ratios, here, share)
     windows = here[["window_low", "window_high"]].to_array().values.T  # told of: no motion there is judged
-    assert not np.any(windows[:, 1] / windows[:, 0] > 1 + float(found["lasting_share"]) + 1e-9)
+    assert not np.any(windows[:, 1] / windows[:, 0] > 1 + share + 1e-9)
     about = windows * [1 - ACCURACY, 1 + ACCURACY]
     inside = np.any([(low <= ratios) & (ratios <= high) for low, high in about] + [ratios < 0], axis=0)
     left = abs(np.log(edges[CHANGES.index("doubling")]))  # beyond it single values are looked at
     beyond = np.abs(np.log(ratios)) > left
     judged &= ~irregular & ~inside[:, None] & (looked | ~(beyond | present[-1]))[:, None]
     again = [np.flatnonzero(ratios == back) for back in backs]
-    needed = [np.concatenate(each) for each in zip(cells, again, strict=True)]
+    needed = [np.concatenate(cells)]
+    needed += [np.concatenate([each[:2], back]) for each, back in zip(cells, again, strict=True)]
     count = max([*np.flatnonzero(judged.any(axis=1)), *np.concatenate(needed)], default=0) + 1
     ratios, judged, looked = ratios[:count], judged[:count], looked[:count]
     answers = swept(mechanism, key, begin * ratios, present, judged, needed)
     for i, (change, edge) in enumerate(zip(CHANGES, edges, strict=True)):
         same = answers[:, i] == present[i]
         bad = not same[judged[:, i] & looked].all() or not same[again[i]].all()
-        bad |= longest(ratios, same | ~judged[:, i]) > float(found["lasting_share"])
+        bad |= longest(ratios, same | ~judged[:, i]) > share
         if irregular[i]:  # seen in some of the cells
             bad |= same[cells[i]].all()
         elif np.isfinite(edge):

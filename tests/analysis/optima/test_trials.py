@@ -9,10 +9,9 @@ import scipy.optimize
 import xarray as xr
 
 import jointplay as jp
-from jointplay.analysis.optima import descent, optimise
+from jointplay.analysis.optima import optimise
 from jointplay.analysis.optima import trials as trials_module
-from jointplay.analysis.optima.descent import descended
-from jointplay.analysis.optima.optimise import _designs_tried, neighbour_values
+from jointplay.analysis.optima.optimise import _designs_tried, descended, neighbour_values
 from jointplay.analysis.optima.trials import INVALID, Aim, Trial, Trials, best
 
 FREE = np.array([[-np.inf, np.inf]])
@@ -112,7 +111,7 @@ def test_what_scipy_says_of_points_that_it_clips_is_not_shown(monkeypatch, recwa
         warnings.warn("Values in x were outside bounds", RuntimeWarning, stacklevel=1)
         return scipy.optimize.minimize(*given, **how)
 
-    monkeypatch.setattr(descent, "minimize", minimize)
+    monkeypatch.setattr(optimise, "minimize", minimize)
     assert descended(Bowl(0), Aim(0, 1.0, FREE, np.zeros(1), np.ones(1)), np.array([0.1]), 1e-10, 100)
     assert not recwarn.list
 

@@ -14,6 +14,12 @@ that is best without play may rattle with it, and rattling has no useful derivat
 opened in steps, from none on: at each the design is found anew, from a motion that still keeps the
 constraints. A step at which no design keeps them is tried again, shorter. Reference: Allgower and Georg,
 Introduction to Numerical Continuation Methods (2003), chapter 1.
+
+A descent is sequential quadratic programming (SciPy's SLSQP, with the exact derivatives) in boxes, drawn in
+where a motion has no derivative. A design without a motion that can be differentiated (chaos where an orbit
+is sought, a run that stopped) ends its pass: the next one begins at the best design so far, in a box of a
+quarter of the size. A pass that ends at a side of its box goes on in one of twice the size. Reference: Kraft,
+A software package for sequential quadratic programming, DFVLR-FB 88-28 (1988).
 """
 
 from __future__ import annotations
@@ -27,6 +33,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
 
 import numpy as np
 from pydantic import Field
+from scipy.optimize import minimize
 
 from jointplay.analysis.coexisting.region import Region
 from jointplay.analysis.declared import Outputs
@@ -36,8 +43,7 @@ from jointplay.analysis.gradients.gradient import gradient, start_section
 from jointplay.analysis.gradients.multipliers import MULTIPLIERS
 from jointplay.analysis.keywords import Moving, Quantity, Settling, Small, analysis
 from jointplay.analysis.labels import Out, ended
-from jointplay.analysis.optima.descent import descended
-from jointplay.analysis.optima.trials import Aim, Trial, Trials
+from jointplay.analysis.optima.trials import Aim, NoMotion, Trial, Trials, best
 from jointplay.analysis.orbits.orbit_request import started
 from jointplay.analysis.quantities import STATUS, WORDS
 from jointplay.analysis.rules import turns_alike
@@ -75,6 +81,8 @@ DRAWN, SAMPLES = 2, 720  # turns that are drawn; samples of each
 EXTREMES = ("largest", "smallest")
 COURSE = {"name": "long_name", "units": "units"}
 FORCE = "normal_force:"
+SHORTER, LONGER, PASSES = 0.25, 2.0, 40
+SMALLEST = 1e-6  # half width of a box, in the variables' ranges
 
 
 def answer(result: xr.Dataset) -> str:
@@ -537,3 +545,61 @@ def _course(
     found = simulate(mechanism, **turns, samples_per_turn=SAMPLES, record=[word], **run)[word]
     dims = [dim for dim in found.dims if dim != "time"]
     return found.sel({dims[0]: label}) if dims else found
+
+
+def descended(trials: Trials, aim: Aim, x: np.ndarray, tolerance: float, most: int) -> tuple[str, Trial]:
+    """Descend from x: the reason of the end (a word of `ENDS`), and the best trial."""
+    made, reach = len(trials.made), 1.0
+    start = trials.at(x)
+    if start.status:
+        return "no_motion", start
+    for _ in range(PASSES):
+        here = best(trials.made[made:] or [start], aim, tolerance)
+        left = most - (len(trials.made) - made)
+        if left <= 0:
+            return "iterations", here
+        done, stopped = _pass(trials, aim, here.x, reach, tolerance, left)
+        now = best([start, *trials.made[made:]], aim, tolerance)
+        if stopped:
+            reach *= SHORTER
+            if reach < SMALLEST:
+                break
+        elif reach < 1.0 and np.max(np.abs(now.x - here.x)) > 0.999 * reach:
+            reach = min(1.0, LONGER * reach)
+        elif aim.missed(now) > tolerance:
+            return ("infeasible" if len(trials.made) - made < most else "iterations"), now
+        elif np.max(np.abs(now.x - here.x)) > SMALLEST and aim.value(here) - aim.value(now) > tolerance:
+            continue  # once more from there, with no memory of how it bent before
+        else:
+            return ("converged" if done else "no_descent"), now
+    return "no_descent", best([start, *trials.made[made:]], aim, tolerance)
+
+
+def _pass(
+    trials: Trials, aim: Aim, x: np.ndarray, reach: float, tolerance: float, most: int
+) -> tuple[bool, bool]:
+    """One run of SLSQP in a box: whether it converged, and whether a design had no motion."""
+
+    def at(point: np.ndarray) -> Trial:
+        trial = trials.at(np.clip(point, 0.0, 1.0))
+        if trial.status:
+            raise NoMotion(trial.status)
+        return trial
+
+    limits = {"type": "ineq", "fun": lambda p: aim.margins(at(p)), "jac": lambda p: aim.margin_slopes(at(p))}
+    box = list(zip(np.maximum(x - reach, 0.0), np.minimum(x + reach, 1.0), strict=True))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # of points that it clips to the box
+            found = minimize(
+                lambda p: aim.value(at(p)),
+                x,
+                jac=lambda p: aim.slope(at(p)),
+                bounds=box,
+                constraints=[limits] if np.isfinite(aim.limits).any() else [],
+                method="SLSQP",
+                options={"ftol": 1e-2 * tolerance, "maxiter": most},
+            )
+    except NoMotion:
+        return False, True
+    return bool(found.success), False
