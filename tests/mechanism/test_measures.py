@@ -10,7 +10,7 @@ import pytest
 from jointplay.display.errors import InputError
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.equations.quantity import Quantity
-from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism import catalog, measures
 from jointplay.solver.mechanism.measures import in_si
 from jointplay.solver.mechanism.records import Contact, CrankAngle, Link, MotorLine, Pin
 
@@ -142,3 +142,11 @@ def test_the_units_library_is_loaded_by_the_first_such_text_alone():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "True"]
+
+
+def test_a_units_library_that_does_not_load_is_no_fault_of_the_unit(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pint", None)
+    for kept in (measures._registry, measures._base):
+        kept.cache_clear()
+    with pytest.raises(ImportError):
+        in_si("2 rad/s", "rad/s")

@@ -64,6 +64,16 @@ def test_a_period_other_than_the_usual_counts_when_it_is_found_again(followed, p
     assert [how.transient for how in asked[1:]] == [more * HOW.transient for more in PATIENCE[: looks - 1]]
 
 
+def test_a_motion_stands_as_it_was_followed_where_the_search_of_its_orbit_ends_early(followed, monkeypatch):
+    def ended(*_):
+        raise settled_module.Unsettled(2)
+
+    answers, _ = followed
+    answers += [motion(3), motion(3)]
+    monkeypatch.setattr(settled_module, "_sought", ended)
+    assert settled(None, None, HOW).period == 3
+
+
 def test_chaos_that_dies_out_is_the_orbit_that_it_becomes(followed):
     answers, asked = followed
     answers += [motion(0, CHAOTIC), motion(3)]

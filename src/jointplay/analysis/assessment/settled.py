@@ -246,7 +246,10 @@ def _about(motion: Settled, usual: int, how: Plan) -> Settled | None:
     """The motion, of the usual period or chaotic; else the orbit that it approaches, if there is one."""
     if motion.period == max(usual, 1) or motion.traits["chaos"]:
         return motion
-    return _sought(_sharp(motion.mechanism, motion.end, how), motion.mechanism, SOUGHT[:1], how)[0]
+    try:
+        return _sought(_sharp(motion.mechanism, motion.end, how), motion.mechanism, SOUGHT[:1], how)[0]
+    except Unsettled:  # at the sharper tolerance: the motion stands as it was followed
+        return None
 
 
 def lasting(motion: Settled, how: Plan, waits: tuple[int, ...] = LASTING) -> Settled:

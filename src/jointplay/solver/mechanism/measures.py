@@ -101,8 +101,9 @@ def _registry() -> Any:
 @cache
 def _base(unit: str) -> tuple[Decimal, Any]:
     """Factor of a unit to SI base units (rad among them), and these; None for them where not known."""
+    known = _registry()
     try:
-        return _registry().get_base_units(_registry().parse_units(unit))
+        return known.get_base_units(known.parse_units(unit))
     except Exception:  # pint's parser fails in many ways on what is no unit
         return Decimal(1), None
 
