@@ -468,7 +468,7 @@ def assessed(name):
 
 
 @pytest.mark.nightly
-@pytest.mark.timeout(3600)
+@pytest.mark.timeout(7200)
 @pytest.mark.parametrize("name", MECHANISMS | TEN)
 def test_edges_lie_between_neighbouring_cells_of_a_dense_sweep(name):
     assert every_edge((MECHANISMS | TEN)[name](), assessed(name)) == []
