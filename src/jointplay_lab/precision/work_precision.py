@@ -191,8 +191,6 @@ def work_precision(  # noqa: D417 (nobody gives it the model)
     InputError
         Listing what makes no sense.
     """
-    from jointplay_lab.precision.work_precision import Truth
-
     plan = Plan(tolerances, peers)
     limit = steps(motion["max_steps"])
     end = turns * model.period

@@ -31,7 +31,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.assessment.assess import ACCURACY, REACH
-from jointplay.analysis.assessment.edges import HOW
+from jointplay.analysis.assessment.edges import HOW, SIDES
 from jointplay.analysis.assessment.settled import CHANGES
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
 from tests.support.unshown import TEN
@@ -220,16 +220,14 @@ def by_change(ratios, here, share):
             cells.append(np.flatnonzero(np.abs(np.log(ratios / edge)) < CELLS * FINE * STEP))
         elif np.isfinite(edge):
             beyond = np.flatnonzero(~close & (away > abs(np.log(edge))))
-            last, first, *more = np.flatnonzero(before[:, i])[-1], *beyond
+            last, first, more = np.flatnonzero(before[:, i])[-1], beyond[0], []
             if change == "chaos" or HOW[int(one["found_by"])] == "bracketed":
                 ends = [float(one[f"bracket_{end}"]) for end in ("low", "high")]
                 last, first = (
                     int(np.argmin(np.abs(ratios - end)))
                     for end in sorted(ends, key=lambda end: abs(np.log(end)))
                 )
-                more = [cell for cell in more if cell > first and away[cell] < away[first] + 1.5 * share]
-            else:
-                more = []
+                more = [cell for cell in beyond if cell > first and away[cell] < away[first] + 1.5 * share]
             cells.append(np.unique([last, first, *more]))
         else:
             cells.append(np.zeros(0, dtype=int))
@@ -251,9 +249,8 @@ def disagreements(mechanism, found, key, side, reach):
     edges, backs = here["edge_ratio"].values, here["return_ratio"].values
     irregular = np.array([HOW[how] == "irregular" for how in here["found_by"].values])
     share = float(found["lasting_share"])
-    farther = np.outer(edges, (1 + share) ** ({"below": -1, "above": 1}[side] * np.linspace(0, 1, 21)[1:]))
-    ends = [here["bracket_low"].values, here["bracket_high"].values, backs, farther.ravel()]
-    ends = np.concatenate(ends)
+    farther = np.outer(edges, (1 + share) ** (SIDES[side] * np.linspace(0, 1, 21)[1:])).ravel()
+    ends = np.concatenate([here["bracket_low"].values, here["bracket_high"].values, backs, farther])
     looked = here["looked_ratio"].values[np.isfinite(here["looked_ratio"].values)]
     looked = np.append(1.0, looked)
     ratios, looked = outward(looked, edges[np.isfinite(edges)], ends[np.isfinite(ends)], not present[-1])
@@ -279,9 +276,9 @@ def disagreements(mechanism, found, key, side, reach):
             bad |= same[cells[i]].all()
         elif np.isfinite(edge):
             (last, first), more = cells[i][:2], cells[i][2:]
-            for cell in [cell for cell, as_now in ((last, True), (first, False)) if same[cell] != as_now]:
-                # motions may coexist
-                same[cell] = from_start(mechanism.varied({key: begin * ratios[cell]}))[i] == present[i]
+            for cell, as_now in ((last, True), (first, False)):
+                if same[cell] != as_now:  # motions may coexist
+                    same[cell] = from_start(mechanism.varied({key: begin * ratios[cell]}))[i] == present[i]
             bad |= not same[last] or same[first] or (len(more) > 0 and same[more].all())
         if bad:
             yield key, side, change, edge, answers[:, i].tolist()

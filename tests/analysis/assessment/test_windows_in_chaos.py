@@ -1,6 +1,7 @@
 """The end of chaos lasts: windows in it, however they are met, are told as windows with their two ends."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -100,6 +101,18 @@ def test_a_window_is_one_though_the_chaos_before_it_is_too_short_to_be_met_from_
     ((low, high, period),) = answer["windows"]
     assert (low, high) == pytest.approx((at * 0.9985, at * 1.003), rel=3e-4)
     assert period == 1
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_place_is_found_in_a_window_whichever_way_the_crank_turns(monkeypatch, sign):
+    chaotic = scene(monkeypatch, [], 0.0)
+    still = scene(monkeypatch, [], 1.0)
+    window = edges_module.Stretch(sign * 1.001, sign * 1.03, 1, (sign * 1.031, chaotic))
+    carried = SimpleNamespace(at=lambda *_: still, lasting=lambda spot: spot, stretch=lambda *_: window)
+    side = edges_module.Side(chaotic, sign)
+    last, first = (sign, chaotic), (sign * 1.02, still)
+    assert edges_module._halved(side, carried, "chaos", last, first, Search(2.0, 0.01, 1e-3)) is window
+    assert np.isnan(side.found["chaos"][0])
 
 
 def test_beyond_the_end_of_chaos_each_change_is_an_edge(monkeypatch):

@@ -420,9 +420,8 @@ def _carried_along(side: Side, carried: Carried, search: Search, way: int) -> No
         last = spot
         for name in side.changed(spot[1].traits):
             window = _window(carried, name, trail[-1], spot, here, search)
-            if window := window or _halved(
-                side, carried, name, *_neighbours(carried, name, trail, spot), search
-            ):
+            window = window or _halved(side, carried, name, *_neighbours(carried, name, trail, spot), search)
+            if window:
                 last = window.back
                 side.windows |= {} if spot[1].traits["chaos"] else {spot[0]: window[:3]}
         side.at(spot[0], spot[1].traits, spot[1].period)
@@ -463,7 +462,7 @@ def _halved(
         window = None if same else _window(carried, name, last, middle, side.here, search)
         if same:
             last = middle
-        elif window and window.low <= first[0] <= window.high:
+        elif window and abs(window.low) <= abs(first[0]) <= abs(window.high):
             return window
         elif window and abs(window.back[0] - value) < abs(first[0] - value):  # before the edge
             last = window.back
