@@ -173,82 +173,88 @@ def peaks(given: Quantities, rows: np.ndarray, sizes: Sizes) -> tuple[Sizes, Siz
 
     Also the sizes, the highest of which are those of the tops beside them.
     """
-    most = {name: np.apply_along_axis(top, 0, size, rows[:, 0]) for name, size in sizes.items()}
+    most = {name: top(np.moveaxis(size, 0, -1), rows[:, 0]) for name, size in sizes.items()}
     forces = [name for name in (NORMAL, PINS, "force") if name in sizes and given.model.links]
     wanted = {(name, j): _tops(column) for name in forces for j, column in enumerate(sizes[name].T)}
-    places = sorted({at for each in wanted.values() for at in each})
-    around = {at: near for at in places if (near := _around(given.model, rows, at)) is not None}
-    if not around:
+    beside = np.unique(np.concatenate([np.empty(0, dtype=int), *wanted.values()]))
+    places, near = _around(given.model, rows, beside)
+    if not len(places):
         return most, sizes
     sizes = {name: size.copy() for name, size in sizes.items()}
     names = [name for name in (NORMAL, ACROSS, PINS) if name in sizes or (name != PINS and "force" in sizes)]
-    close = Quantities(given.model, np.concatenate([*around.values()]), given.start)
-    found = _sizes_of({name: each[1] for name, each in close.variables(names, "time").items()})
-    parts = {at: slice(k * (CLOSE + 1), (k + 1) * (CLOSE + 1)) for k, at in enumerate(around)}
+    close = Quantities(given.model, np.concatenate(near), given.start).variables(names, "time")
+    highest = {
+        name: top(each.reshape(*near.shape[:2], -1).swapaxes(1, 2), near[:, None, :, 0])
+        for name, each in _sizes_of({name: each[1] for name, each in close.items()}).items()
+    }
     for (name, j), tops in wanted.items():
-        for at in tops:
-            if at in around:
-                sizes[name][at, j] = top(found[name][parts[at], j], close.time[parts[at]])
+        known = tops[np.isin(tops, places)]
+        sizes[name][known, j] = highest[name][np.searchsorted(places, known), j]
         most[name][j] = max(sizes[name][tops, j], default=most[name][j])
     return most, sizes
 
 
-def _tops(sizes: np.ndarray) -> list[int]:
+def _tops(sizes: np.ndarray) -> np.ndarray:
     """Places of the highest of the points that no neighbour exceeds: the largest may lie beside another."""
     padded = np.concatenate([[-np.inf], np.nan_to_num(sizes, nan=-np.inf), [-np.inf]])
     inner = padded[1:-1]
     least = LOW * max(inner.max(initial=0.0), np.finfo(float).tiny)
     at = np.flatnonzero((inner >= padded[:-2]) & (inner >= padded[2:]) & (inner >= least))
-    return at[np.argsort(inner[at], kind="stable")[-HIGHEST:]].tolist()
+    return at[np.argsort(inner[at], kind="stable")[-HIGHEST:]]
 
 
-def _around(model: Model, rows: np.ndarray, at: int) -> np.ndarray | None:
-    """States between three rows of one piece, about the middle one or at an end of the piece; None: no three.
+def _around(model: Model, rows: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Those of the places that stand among three rows of one piece, and states between these three rows.
 
-    Positions are the polynomial of fifth degree through the three rows that has their speeds; speeds are its
-    slope, and all else is the parabola through the rows.
+    A place is the middle one, or an end of the piece. Positions are the polynomial of fifth degree through the
+    three rows that has their speeds; speeds are its slope, and all else is the parabola through the rows.
     """
     half, first = len(model.turning), 1 + len(model.state)
     modes = slice(first, first + len(model.touching))
-    for begin in (at - 1, at - 2, at):
-        three = rows[max(begin, 0) : begin + 3]
-        gaps = np.diff(three[:, 0])
-        if len(gaps) == 2 and gaps.min() > UNEVEN * gaps.max() and not np.ptp(three[:, modes], axis=0).any():
-            break
-    else:
-        return None
-    scale, powers = gaps.max(), np.arange(6)
-    s = (three[:, 0] - three[1, 0]) / scale
-    fine = np.linspace(s[0], s[2], CLOSE + 1)
+    three, known = np.empty((len(places), 3, rows.shape[1])), np.zeros(len(places), dtype=bool)
+    for begin in (-1, -2, 0):
+        at = np.flatnonzero(~known & (places + begin >= 0) & (places + begin + 2 < len(rows)))
+        near = rows[places[at, None] + begin + np.arange(3)]
+        gaps = np.diff(near[..., 0])
+        smooth = (gaps.min(-1) > UNEVEN * gaps.max(-1)) & ~np.ptp(near[..., modes], axis=1).any(-1)
+        three[at[smooth]], known[at[smooth]] = near[smooth], True
+    three = three[known]
+    scale, powers = np.diff(three[..., 0]).max(-1)[:, None, None], np.arange(6)
+    s = (three[..., :1] - three[:, 1:2, :1]) / scale
+    fine = np.linspace(s[:, 0], s[:, 2], CLOSE + 1, axis=1)
 
     def slopes(s: np.ndarray) -> np.ndarray:
-        return powers * s[:, None] ** np.maximum(powers - 1, 0)
+        return powers * s ** np.maximum(powers - 1, 0)
 
-    places, speeds = three[:, 1 : 1 + half], three[:, 1 + half : 1 + 2 * half]
-    known = np.concatenate([s[:, None] ** powers, slopes(s)])
-    course = np.linalg.solve(known, np.concatenate([places, scale * speeds]))
-    near = fine[:, None] ** powers[:3] @ np.linalg.solve(s[:, None] ** powers[:3], three)
-    near[:, 1 : 1 + half] = fine[:, None] ** powers @ course
-    near[:, 1 + half : 1 + 2 * half] = slopes(fine) @ course / scale
-    near[:, modes] = three[1, modes]
-    return near
+    place, speed = slice(1, 1 + half), slice(1 + half, 1 + 2 * half)
+    given = np.concatenate([three[..., place], scale * three[..., speed]], axis=1)
+    course = np.linalg.solve(np.concatenate([s**powers, slopes(s)], axis=1), given)
+    near = fine ** powers[:3] @ np.linalg.solve(s ** powers[:3], three)
+    near[..., place] = fine**powers @ course
+    near[..., speed] = slopes(fine) @ course / scale
+    near[..., modes] = three[:, 1:2, modes]
+    return places[known], near
 
 
-def top(sizes: np.ndarray, times: np.ndarray) -> float:
-    """The largest of the sizes, or the top of the parabola through it and both neighbours in one piece.
+def top(sizes: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """The largest of sizes along their last axis, or the top of the parabola through it and both neighbours.
 
-    Between two pieces lies an event, whose two sides have the same time.
+    Between two pieces lies an event, whose two sides have the same time: no parabola goes across it.
     """
-    if np.isnan(sizes).all():
-        return np.nan
-    at = int(np.nanargmax(sizes))
-    before, after = np.diff(times[at - 1 : at + 2]) if 0 < at < len(sizes) - 1 else (0.0, 0.0)
-    if not min(before, after) > UNEVEN * max(before, after):
-        return sizes[at]
-    rise, fall = np.diff(sizes[at - 1 : at + 2]) / (before, after)
-    bend = (rise - fall) / (before + after)
-    slope = (rise * after + fall * before) / (before + after)
-    return sizes[at] + slope**2 / (4.0 * bend) if bend > 0.0 else sizes[at]
+    if sizes.shape[-1] < 3:
+        return np.fmax.reduce(sizes, axis=-1, initial=np.nan)
+    times = np.broadcast_to(times, sizes.shape)
+    at = np.argmax(np.nan_to_num(sizes, nan=-np.inf), axis=-1)[..., None]
+    largest = np.take_along_axis(sizes, at, -1)[..., 0]
+    three = np.clip(at, 1, sizes.shape[-1] - 2) + np.arange(-1, 2)
+    before, after = np.moveaxis(np.diff(np.take_along_axis(times, three, -1)), -1, 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rise, fall = np.moveaxis(np.diff(np.take_along_axis(sizes, three, -1)), -1, 0) / (before, after)
+        bend = (rise - fall) / (before + after)
+        slope = (rise * after + fall * before) / (before + after)
+        higher = largest + slope**2 / (4.0 * bend)
+    even = np.minimum(before, after) > UNEVEN * np.maximum(before, after)
+    return np.where((at[..., 0] == three[..., 1]) & even & (bend > 0.0), higher, largest)
 
 
 def _named(name: str) -> tuple[str, str]:
