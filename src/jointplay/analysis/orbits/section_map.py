@@ -163,7 +163,10 @@ class SectionMap:
     ) -> Image:
         """Follow a state to the section `ahead` rad and whole turns on."""
         lost = np.full_like(state, np.nan)
-        end, status = self._end(state, ahead, turns)
+        end, reached, events, status = self._end(state, ahead, turns)
+        sought = self.place is not None and not self.plane
+        if not status and sought and not derivative and directions is None:
+            return Image(0, reached, end - self.begin, None, self._placed(events, end - self.begin))
         if status:
             return Image(status, lost)
         frame = np.eye(len(state)) if derivative else np.zeros((0, len(state)))
@@ -177,9 +180,7 @@ class SectionMap:
                 return Image(FAILED, lost)
             late = (reached[self.place] - self._target(ahead, turns)) / rate[self.place]
             reached, span = reached - late * rate, span - late
-        events = rows[rows[:, 0] == Row.EVENT, 1:]
-        places = (events[:, 2] - self.begin) / span
-        events = np.column_stack([events[:, :2], places, events[:, 2:]])
+        events = self._placed(rows[rows[:, 0] == Row.EVENT, 1:], span)
         M, n_x = bundle.vectors.T, len(frame)
         P = self._projected(M[:, :n_x], rate) if derivative else None
         image = Image(0, reached, span, P, events, bundle.grazing)
@@ -202,29 +203,35 @@ class SectionMap:
     def _target(self, ahead: float, turns: int) -> float:
         return self.phase if self.plane else self.phase + self.direction * (ahead + turns * math.tau)
 
-    def _end(self, state: np.ndarray, ahead: float, turns: int) -> tuple[float, int]:
-        """Time of passage, and the status of the run to there."""
+    def _placed(self, events: np.ndarray, span: float) -> np.ndarray:
+        """Events with their places in a span, from 0 to 1, ahead of their times; none beyond it."""
+        places = (events[:, 2] - self.begin) / span
+        return np.column_stack([events[:, :2], places, events[:, 2:]])[places <= 1.0]
+
+    def _end(self, state: np.ndarray, ahead: float, turns: int) -> tuple[float, np.ndarray, np.ndarray, int]:
+        """Time of passage, the state and the events on the way if it had to be sought, and its status."""
         if self.place is None:
-            return self.begin + (turns + ahead / math.tau) * self.model.period, 0
-        rows, status = self._crossings(state, ahead, turns)
-        return (float(rows[-1, 0]), 0) if not status else (math.nan, status)
+            return self.begin + (turns + ahead / math.tau) * self.model.period, state, state, 0
+        passages, events, status = self._crossings(state, ahead, turns)
+        last = passages[-1] if not status else np.full(1 + len(state), math.nan)
+        return float(last[0]), last[1 : 1 + len(state)], events, status
 
     def _crossings(
         self, state: np.ndarray, ahead: float, turns: int, sharp: bool = False
-    ) -> tuple[np.ndarray, int]:
-        """Rows (time, state, modes) of the passages of the section `ahead` rad on, each turn's."""
+    ) -> tuple[np.ndarray, np.ndarray, int]:
+        """Rows (time, state, modes) of the passages of the section `ahead` rad on, each turn's; and events."""
         level, period, count = self.phase, 0.0, turns
         if not self.plane:
             first = 0 if ahead else 1
             level, period, count = self._target(ahead, first), math.tau, turns - first + 1
         longest = (LONGEST if self.plane else rules.SLACK) * (turns + 1) * self.model.period
         fields = {"level": level, "period": period, "direction": self.direction, "stop_after": count}
-        request = self.request(longest, rates=sharp, **fields)
+        request = self.request(longest, rates=sharp, events=True, log_from=0.0, **fields)
         _, rows, status = self.run(state, request, np.zeros((0, len(state))))
         coarse, crossings = rows[rows[:, 0] == Row.COARSE, 1:], rows[rows[:, 0] == Row.SECTION, 3:]
         crossings = resolved(self.model, self.rtol, coarse, crossings)[0][:count]
         short = FAILED if len(crossings) < count else 0  # it never came back
-        return crossings, status or short
+        return crossings, rows[rows[:, 0] == Row.EVENT, 1:], status or short
 
     def passages(self, state: np.ndarray, sharp: bool = False) -> tuple[np.ndarray, int]:
         """Rows (time, state, modes) at the ends of the turns that begin on the section, and the status.
@@ -232,7 +239,8 @@ class SectionMap:
         `sharp`: states whose accelerations are resolved (analysis.rates).
         """
         if self.place is not None:
-            return self._crossings(state, 0.0, self.turns, sharp)
+            passages, _, status = self._crossings(state, 0.0, self.turns, sharp)
+            return passages, status
         times = self.begin + np.arange(1, self.turns + 1) * self.model.period
         return self.sampled(state, times, sharp)
 
