@@ -47,7 +47,6 @@ def followed(monkeypatch):
         return answers.pop(0)
 
     monkeypatch.setattr(settled_module, "followed", next_one)
-    monkeypatch.setattr(settled_module, "_sharp", lambda *_: None)
     monkeypatch.setattr(settled_module, "_sought", lambda *_: (None, None))  # there is no orbit nearby
     return answers, asked
 
@@ -72,6 +71,16 @@ def test_a_motion_stands_as_it_was_followed_where_the_search_of_its_orbit_ends_e
     answers += [motion(3), motion(3)]
     monkeypatch.setattr(settled_module, "_sought", ended)
     assert settled(None, None, HOW).period == 3
+
+
+@pytest.mark.parametrize(("exponent", "sought"), [(-1.0, 0), (-0.01, 1)])
+def test_only_what_hardly_decays_is_taken_for_a_swing(followed, monkeypatch, exponent, sought):
+    answers, _ = followed
+    answers += [motion(2, exponent), motion(2, exponent)]
+    orbits, orbit = [], motion(1)
+    monkeypatch.setattr(settled_module, "_sought", lambda *_: (orbits.append(orbit) or orbit, None))
+    assert settled(None, None, HOW).period == 2 - sought
+    assert len(orbits) == sought
 
 
 def test_chaos_that_dies_out_is_the_orbit_that_it_becomes(followed):

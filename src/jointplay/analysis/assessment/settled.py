@@ -135,13 +135,12 @@ class Settled:
 
 def present(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
     """The motion from a start as it is in the end: its orbit where it has one, else after a long time."""
-    section = _sharp(mechanism, start, how)
-    motion, last = _sought(section, mechanism, SOUGHT, how)
+    motion, last = _sought(mechanism, start, SOUGHT, how)
     if motion is not None:
         return motion
     motion = lasting(settled(mechanism, last, how), how)
     if motion.period:
-        orbit = _near(replace(section, turns=motion.period), motion.end.state)
+        orbit = _near(_sharp(mechanism, motion.end, how, motion.period), motion.end.state)
         if not orbit.status and floquet.stable(floquet.multipliers(orbit.image.derivative)):
             return on_orbit(mechanism, orbit, how)
     return motion
@@ -149,20 +148,20 @@ def present(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
 
 def reached(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
     """The motion from a start after few turns: its orbit where it has one, else as it is then."""
-    section = _sharp(mechanism, start, how)
-    motion, last = _sought(section, mechanism, SOUGHT[:1], how)
+    motion, last = _sought(mechanism, start, SOUGHT[:1], how)
     return motion or followed(mechanism, last, replace(how, transient=0))
 
 
-def _sharp(mechanism: Mechanism, start: Any, how: Plan) -> SectionMap:
-    """The map of a turn from a start on, at a tolerance that tells multipliers near 1 apart."""
-    return section_map(placed(mechanism, start, ONCE_A_TURN), ONCE_A_TURN, 1, SHARP, how.max_steps)
+def _sharp(mechanism: Mechanism, start: Any, how: Plan, turns: int = 1) -> SectionMap:
+    """The map of turns from a start on, at a tolerance that tells multipliers near 1 apart."""
+    return section_map(placed(mechanism, start, ONCE_A_TURN), ONCE_A_TURN, turns, SHARP, how.max_steps)
 
 
 def _sought(
-    section: SectionMap, mechanism: Mechanism, looks: tuple[int, ...], how: Plan
+    mechanism: Mechanism, start: Any, looks: tuple[int, ...], how: Plan
 ) -> tuple[Settled | None, End]:
     """The stable orbit that a motion approaches, if one is found; and where the motion stands."""
+    section = _sharp(mechanism, start, how)
     state, status = on_section(section)
     points = [state]
     for turns in looks:
@@ -243,11 +242,16 @@ def settled(mechanism: Mechanism, start: Any, how: Plan, usual: int = 1) -> Sett
 
 
 def _about(motion: Settled, usual: int, how: Plan) -> Settled | None:
-    """The motion, of the usual period or chaotic; else the orbit that it approaches, if there is one."""
+    """The motion, of the usual period or chaotic; else the orbit that it approaches, if there is one.
+
+    Another period is that of a swing only where its exponent says that it hardly decays.
+    """
     if motion.period == max(usual, 1) or motion.traits["chaos"]:
         return motion
+    if motion.period and not motion.value("section_exponent_per_turn") > np.log(SLOW):
+        return None
     try:
-        return _sought(_sharp(motion.mechanism, motion.end, how), motion.mechanism, SOUGHT[:1], how)[0]
+        return _sought(motion.mechanism, motion.end, SOUGHT[:1], how)[0]
     except Unsettled:  # at the sharper tolerance: the motion stands as it was followed
         return None
 
