@@ -121,6 +121,18 @@ def test_derivative_of_the_linkage_s_section_map():
     assert exact == pytest.approx(np.array(columns).T, abs=2e-4 * np.abs(exact).max())
 
 
+@pytest.mark.parametrize("turns", [1, 3])
+def test_a_state_comes_to_the_section_alike_with_its_derivative_and_without(turns):
+    """Of a crank that a motor drives, whose passage is sought: the run that seeks it has the state there."""
+    section = section_map(placed(LINKAGE, None, jp.CrankAngle(angle=1.0)), jp.CrankAngle(angle=1.0), turns)
+    whole, plain = (section.image(section.model.state, derivative) for derivative in (True, False))
+    assert plain.status == whole.status == 0
+    assert np.abs(section.differ(plain.state, whole.state)).max() < ROUNDING
+    assert plain.time == pytest.approx(whole.time, rel=1e-14)
+    assert len(whole.events) > 5 * turns - 5
+    assert plain.events == pytest.approx(whole.events, rel=1e-9, abs=1e-12)
+
+
 def test_whole_turns_of_any_link_do_not_count():
     section = section_map(placed(LINKAGE, None, jp.CrankAngle()), jp.CrankAngle(), 1)
     state = section.model.state
