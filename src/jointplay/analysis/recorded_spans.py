@@ -101,7 +101,7 @@ def contacts(model: Model, records: Records, spans: Spans) -> dict[str, Any]:
     hits = rows[np.isin(rows[:, KIND], (CONTACT, IMPACT)), TIME]
     values = {"recorded_time": length}
     if model.touching:
-        values["contacts_begun"] = np.int64(np.count_nonzero(_within(hits, spans)))
+        values["contacts_begun"] = np.int64(sum(np.sum((a <= hits) & (hits <= b)) for a, b in spans))
     if model.links and model.joints and length > 0:
         values["contact_fraction"] = sum(_touching(model, records, *span) for span in spans) / length
     return values
@@ -206,8 +206,8 @@ def _tops(sizes: np.ndarray) -> np.ndarray:
 def _around(model: Model, rows: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Those of the places that stand among three rows of one piece, and states between these three rows.
 
-    A place is the middle one, or an end of the piece. Positions are the polynomial of fifth degree through the
-    three rows that has their speeds; speeds are its slope, and all else is the parabola through the rows.
+    A place is the middle one, or an end of the piece. Positions are the polynomial of fifth degree through
+    the three rows that has their speeds; speeds are its slope, and all else is the parabola through the rows.
     """
     half, first = len(model.turning), 1 + len(model.state)
     modes = slice(first, first + len(model.touching))
@@ -275,20 +275,11 @@ def _blocks(own: np.ndarray, even: np.ndarray, spans: Spans) -> Iterator[tuple[s
             since = until
 
 
-def _within(times: np.ndarray, spans: Spans) -> np.ndarray:
-    inside = [(a <= times) & (times <= b) for a, b in spans]
-    return np.any([np.zeros(len(times), dtype=bool), *inside], axis=0)  # of no spans, none
-
-
 def answer(dataset: xr.Dataset) -> str:
     """Largest force of each joint of a motion, and the rate and duration of contacts."""
     lines = [line for line in (_forces(dataset) or _sizes(dataset), _contacts(dataset)) if line]
-    return "\n".join(lines) or f"{dataset.sizes['time']} samples over {measure(_span(dataset), 's')}"
-
-
-def _span(dataset: xr.Dataset) -> float:
-    times = dataset["time"].values
-    return float(times[-1] - times[0]) if len(times) else 0.0
+    span = float(np.ptp(dataset["time"].values)) if dataset.sizes["time"] else 0.0
+    return "\n".join(lines) or f"{dataset.sizes['time']} samples over {measure(span, 's')}"
 
 
 def _forces(dataset: xr.Dataset) -> str:

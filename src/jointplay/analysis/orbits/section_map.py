@@ -162,13 +162,14 @@ class SectionMap:
         directions: Directions | None = None,
     ) -> Image:
         """Follow a state to the section `ahead` rad and whole turns on."""
-        lost = np.full_like(state, np.nan)
-        end, reached, events, status = self._end(state, ahead, turns)
-        sought = self.place is not None and not self.plane
-        if not status and sought and not derivative and directions is None:
-            return Image(0, reached, end - self.begin, None, self._placed(events, end - self.begin))
-        if status:
-            return Image(status, lost)
+        lost, end = np.full_like(state, np.nan), self.begin + (turns + ahead / math.tau) * self.model.period
+        if self.place is not None:
+            passages, events, status = self._crossings(state, ahead, turns)
+            if status:
+                return Image(status, lost)
+            end, reached = float(passages[-1, 0]), passages[-1, 1 : 1 + len(state)]
+            if not derivative and directions is None and not self.plane:
+                return Image(0, reached, end - self.begin, None, self._placed(events, end - self.begin))
         frame = np.eye(len(state)) if derivative else np.zeros((0, len(state)))
         request = self.request(end, events=True, log_from=0.0)
         bundle, rows, status = self.run(state, request, frame, directions)
@@ -208,18 +209,10 @@ class SectionMap:
         places = (events[:, 2] - self.begin) / span
         return np.column_stack([events[:, :2], places, events[:, 2:]])[places <= 1.0]
 
-    def _end(self, state: np.ndarray, ahead: float, turns: int) -> tuple[float, np.ndarray, np.ndarray, int]:
-        """Time of passage, the state and the events on the way if it had to be sought, and its status."""
-        if self.place is None:
-            return self.begin + (turns + ahead / math.tau) * self.model.period, state, state, 0
-        passages, events, status = self._crossings(state, ahead, turns)
-        last = passages[-1] if not status else np.full(1 + len(state), math.nan)
-        return float(last[0]), last[1 : 1 + len(state)], events, status
-
     def _crossings(
         self, state: np.ndarray, ahead: float, turns: int, sharp: bool = False
     ) -> tuple[np.ndarray, np.ndarray, int]:
-        """Rows (time, state, modes) of the passages of the section `ahead` rad on, each turn's; and events."""
+        """Rows (time, state, modes) of the passages of the section `ahead` rad on, each turn's; events."""
         level, period, count = self.phase, 0.0, turns
         if not self.plane:
             first = 0 if ahead else 1
@@ -230,8 +223,8 @@ class SectionMap:
         _, rows, status = self.run(state, request, np.zeros((0, len(state))))
         coarse, crossings = rows[rows[:, 0] == Row.COARSE, 1:], rows[rows[:, 0] == Row.SECTION, 3:]
         crossings = resolved(self.model, self.rtol, coarse, crossings)[0][:count]
-        short = FAILED if len(crossings) < count else 0  # it never came back
-        return crossings, rows[rows[:, 0] == Row.EVENT, 1:], status or short
+        # fewer of them: it never came back
+        return crossings, rows[rows[:, 0] == Row.EVENT, 1:], status or FAILED * (len(crossings) < count)
 
     def passages(self, state: np.ndarray, sharp: bool = False) -> tuple[np.ndarray, int]:
         """Rows (time, state, modes) at the ends of the turns that begin on the section, and the status.
@@ -239,8 +232,7 @@ class SectionMap:
         `sharp`: states whose accelerations are resolved (analysis.rates).
         """
         if self.place is not None:
-            passages, _, status = self._crossings(state, 0.0, self.turns, sharp)
-            return passages, status
+            return self._crossings(state, 0.0, self.turns, sharp)[::2]
         times = self.begin + np.arange(1, self.turns + 1) * self.model.period
         return self.sampled(state, times, sharp)
 
