@@ -169,7 +169,8 @@ class SectionMap:
                 return Image(status, lost)
             end, reached = float(passages[-1, 0]), passages[-1, 1 : 1 + len(state)]
             if not derivative and directions is None and not self.plane:
-                return Image(0, reached, end - self.begin, None, self._placed(events, end - self.begin))
+                events = self._placed(events[events[:, 2] <= end], end - self.begin)
+                return Image(0, reached, end - self.begin, None, events)
         frame = np.eye(len(state)) if derivative else np.zeros((0, len(state)))
         request = self.request(end, events=True, log_from=0.0)
         bundle, rows, status = self.run(state, request, frame, directions)
@@ -205,9 +206,8 @@ class SectionMap:
         return self.phase if self.plane else self.phase + self.direction * (ahead + turns * math.tau)
 
     def _placed(self, events: np.ndarray, span: float) -> np.ndarray:
-        """Events with their places in a span, from 0 to 1, ahead of their times; none beyond it."""
-        places = (events[:, 2] - self.begin) / span
-        return np.column_stack([events[:, :2], places, events[:, 2:]])[places <= 1.0]
+        """Events with their places in a span, from 0 to 1, ahead of their times."""
+        return np.insert(events, 2, (events[:, 2] - self.begin) / span, axis=1)
 
     def _crossings(
         self, state: np.ndarray, ahead: float, turns: int, sharp: bool = False
