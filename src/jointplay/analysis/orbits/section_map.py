@@ -167,10 +167,10 @@ class SectionMap:
             passages, events, status = self._crossings(state, ahead, turns)
             if status:
                 return Image(status, lost)
-            end, reached = float(passages[-1, 0]), passages[-1, 1 : 1 + len(state)]
+            end = float(passages[-1, 0])
             if not derivative and directions is None and not self.plane:
                 events = self._placed(events[events[:, 2] <= end], end - self.begin)
-                return Image(0, reached, end - self.begin, None, events)
+                return Image(0, passages[-1, 1 : 1 + len(state)], end - self.begin, None, events)
         frame = np.eye(len(state)) if derivative else np.zeros((0, len(state)))
         request = self.request(end, events=True, log_from=0.0)
         bundle, rows, status = self.run(state, request, frame, directions)
