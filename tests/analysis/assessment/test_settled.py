@@ -10,6 +10,7 @@ import jointplay as jp
 from jointplay.analysis.assessment import edges as edges_module
 from jointplay.analysis.assessment import settled as settled_module
 from jointplay.analysis.assessment.assess import assembled, assessed
+from jointplay.analysis.assessment.branch_walk import Branch, Place, Walk
 from jointplay.analysis.assessment.forces import _mean, _peak_error
 from jointplay.analysis.assessment.settled import (
     CHANGES,
@@ -22,6 +23,8 @@ from jointplay.analysis.assessment.settled import (
     present,
     settled,
 )
+from jointplay.analysis.orbits.section_map import Image
+from jointplay.analysis.orbits.shooting import Orbit, newton
 from jointplay.analysis.starts import End
 from jointplay.solver.mechanism.catalog import preset_parts
 from jointplay.solver.mechanism.catalog.preset_parts import fixed, on
@@ -131,7 +134,8 @@ def test_beside_a_chaotic_motion_each_is_watched_for_whether_its_chaos_lasts(mon
 def test_behind_an_orbit_what_has_no_period_is_asked_whether_it_is_chaotic(monkeypatch):
     """Its exponent does not say so in the few turns that a motion is first followed."""
     monkeypatch.setattr(edges_module, "settled", lambda *_: motion(0, UNSURE))
-    monkeypatch.setattr(edges_module, "lasting", lambda *_: motion(0, CHAOTIC))
+    lasting = lambda given, *_: given if given.period else motion(0, CHAOTIC)  # noqa: E731
+    monkeypatch.setattr(edges_module, "lasting", lasting)
     side = edges_module.Side(here := motion(1), 2e-4)
     how = edges_module.Remembering(**vars(HOW))
     carried = edges_module.Carried(jp.catalog.slider_crank(), "joints.B.clearance", how)
@@ -217,3 +221,133 @@ def test_the_error_of_a_mean_over_turns_is_that_of_its_scatter_and_of_its_sample
     assert _mean("loss", each, each)["loss_error"] == pytest.approx([scatter])
     assert _mean("loss", each, coarse)["loss_error"] == pytest.approx([np.hypot(scatter, 0.5)])
     assert _mean("loss", each, coarse)["loss"] == pytest.approx([2.0])
+
+
+def carried():
+    how = edges_module.Remembering(**vars(HOW))
+    return edges_module.Carried(SimpleNamespace(varied=lambda given: given["clearance"]), "clearance", how)
+
+
+@pytest.mark.parametrize(("lasts_from", "edge"), [(1.5, 1.5), (1.53, 1.53), (1.7, np.nan)])
+def test_chaos_in_between_is_asked_for_less_long_than_that_of_the_edge(monkeypatch, lasts_from, edge):
+    """From 1.5 times the present value on there is chaos, which is transient up to another value."""
+    here, places, asked = motion(1), {}, []
+
+    def made(value, *_):
+        return places.setdefault(value, motion(0, CHAOTIC) if value >= 1.5 else motion(1))
+
+    def lasting(given, how, waits):
+        asked.append(waits)
+        value = next((value for value, each in places.items() if each is given), 1.0)
+        return motion(1) if waits == LASTING and 1.5 <= value < lasts_from else given
+
+    monkeypatch.setattr(edges_module, "settled", made)
+    monkeypatch.setattr(edges_module, "lasting", lasting)
+    side, last, first = edges_module.Side(here, 1.0), (1.4, made(1.4)), (1.6, made(1.6))
+    edges_module._halved(side, carried(), "chaos", last, first, edges_module.Search(2.0, 0.01, 1e-3))
+    assert side.found["chaos"][0] == pytest.approx(edge, rel=1e-3, nan_ok=True)
+    if lasts_from == 1.5:
+        assert asked.count(LASTING) == 2
+
+
+@pytest.mark.parametrize(
+    ("periods", "window"),
+    [
+        ((0, 2, 0, 1, 0), (1.0, 1.0075)),
+        ((0, 1, 0, 0, 3), (1.0, 1.0025)),
+        ((0, 2, 0, 0, 2), None),
+        ((1,), None),
+    ],
+)
+def test_behind_an_orbits_end_what_soon_has_its_period_again_ends_a_window(monkeypatch, periods, window):
+    """The motion just beyond the end; then those of four parts of the share that a change has to last."""
+    values = (1.0, 1.0025, 1.005, 1.0075, 1.01)
+    by_value = dict(zip(values, periods + periods[-1:] * 4, strict=False))
+
+    def made(value, *_):
+        return motion(by_value[min(by_value, key=lambda each: abs(each - value))])
+
+    monkeypatch.setattr(edges_module, "followed", made)
+    monkeypatch.setattr(edges_module, "settled", made)
+    monkeypatch.setattr(edges_module, "lasting", lambda given, *_: given)
+    monkeypatch.setattr(edges_module, "Parameter", lambda *_: SimpleNamespace(value=0.9, noun="clearance"))
+    side = edges_module.Side(here := motion(1), 1.0, 0.01, 0.9)
+    search, end = edges_module.Search(2.0, 0.0025, 0.9e-3), ((1.0, here), 1.0, "period_doubling")
+    behind = edges_module._behind(side, carried(), search, end, 1)
+    if window:
+        ((low, high, period),) = side.windows.values()
+        assert (low, high) == pytest.approx(window, rel=1e-3)
+        assert period == 0
+        assert (behind[0], behind[1].period) == (pytest.approx(window[1], rel=1e-3), 1)
+    else:
+        assert not side.windows
+    edge = side.found["doubling"][0]
+    assert edge == pytest.approx(1.0, rel=1e-3) if periods[-1] == 2 else np.isnan(edge)
+
+
+class Squared:
+    """A section on which a turn squares the one state, which is fixed at 0."""
+
+    free, phase = np.array([0]), 0.0
+    model = SimpleNamespace(turning=np.array([1.0]))
+
+    def __init__(self):
+        self.seen = []
+
+    def image(self, state):
+        self.seen.append(float(state[0]))
+        return Image(0, state**2, 1.0, np.diag(2 * state))
+
+    def differ(self, one, other):
+        return one - other
+
+    def unknowns(self, state):
+        return state
+
+    state = unknowns
+
+
+def test_the_step_from_a_residual_that_is_small_is_not_looked_at():
+    looked = newton(section := Squared(), np.array([0.1]))
+    assert abs(looked.state[0]) < 1e-14
+    assert looked.contraction == pytest.approx(abs(section.seen[1] ** 2 - section.seen[1]) / 0.09)
+    orbit = newton(other := Squared(), np.array([0.1]), unseen=0.05)
+    assert other.seen == section.seen[:2]
+    assert orbit.state[0] == section.seen[2]
+    assert orbit.image.state[0] == section.seen[1] ** 2
+    assert (orbit.status, orbit.residual) == (0, pytest.approx(abs(section.seen[1] ** 2 - section.seen[1])))
+    assert np.isnan(newton(Squared(), np.array([0.01]), unseen=0.05).contraction)
+
+
+@pytest.mark.parametrize(
+    ("radius", "met", "aside", "contraction", "tried", "found"),
+    [
+        (0.1, 0.1, 0.01, 1.0, [True], True),  # near the line
+        (0.1, 0.1, 0.5, 0.01, [True], True),  # off the line, but Newton's first step brought it there
+        (0.1, 0.1, 0.5, 0.5, [True, False], False),
+        (0.1, 0.8, 0.01, 1.0, [True, False], True),  # what is not strongly stable is always looked at
+        (0.8, 0.8, 0.5, 0.01, [False], True),
+        (0.8, 0.8, 0.5, 0.5, [False], False),
+    ],
+)
+def test_an_orbit_off_the_line_is_of_the_branch_if_newtons_first_step_leads_there(
+    monkeypatch, radius, met, aside, contraction, tried, found
+):
+    mechanism, asked = jp.catalog.slider_crank(clearance={"B": 1e-4}), []
+    section = Squared()
+
+    def place(value, state, radius):
+        orbit = Orbit(0, section, np.array([state]), None, 0.0, 1, contraction)
+        return Place(value, orbit, np.array([radius]), 0.0)
+
+    def at(branch, value, like, guess, sharp, unseen):
+        asked.append(unseen > 0)
+        assert sharp == (radius > 0.7)
+        return place(value, guess[0] + aside, met)
+
+    monkeypatch.setattr(Branch, "at", at)
+    places = [place(1.0, 1.0, radius), place(2.0, 1.1, radius)]
+    walk = Walk(Branch(mechanism, "joints.B.clearance", 1), places, 1, 1.0, 0.1)
+    walk.step = 0.1
+    assert (walk.beside(4.0, walk.places[-1]) is not None) == found
+    assert asked == tried

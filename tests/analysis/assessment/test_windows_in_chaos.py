@@ -38,12 +38,12 @@ def scene(monkeypatch, windows, end):
     return motion(LOOSE)
 
 
-def values(reach=1.3, step=0.0025):
-    return Search(reach, 10 * step, 0.0025).values(PRESENT, -1)
+def values(reach=1.3, step=0.005):
+    return Search(reach, 5 * step, 0.0025).values(PRESENT, -1)
 
 
 def found(here, reach=1.3, **more):
-    answer = edges(here, KEY, "below", replace(Search(reach, 0.0025, 1e-3), **more), BRIEF)
+    answer = edges(here, KEY, "below", replace(Search(reach, 0.005, 1e-3), **more), BRIEF)
     assert answer["status"] == 0, answer["trouble"]
     return answer
 
@@ -108,7 +108,7 @@ def test_a_place_is_found_in_a_window_whichever_way_the_crank_turns(monkeypatch,
     chaotic = scene(monkeypatch, [], 0.0)
     still = scene(monkeypatch, [], 1.0)
     window = edges_module.Stretch(sign * 1.001, sign * 1.03, 1, (sign * 1.031, chaotic))
-    carried = SimpleNamespace(at=lambda *_: still, lasting=lambda spot: spot, stretch=lambda *_: window)
+    carried = SimpleNamespace(at=lambda *_: still, lasting=lambda spot, *_: spot, stretch=lambda *_: window)
     side = edges_module.Side(chaotic, sign)
     last, first = (sign, chaotic), (sign * 1.02, still)
     assert edges_module._halved(side, carried, "chaos", last, first, Search(2.0, 0.01, 1e-3)) is window

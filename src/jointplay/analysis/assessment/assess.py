@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 TURNS, LYAPUNOV_TURNS, RTOL = 20, 200, 1e-7
-REACH, STEP, ACCURACY, LASTS = 2.0, 0.0025, 1e-3, 0.01
+REACH, STEP, ACCURACY, LASTS = 2.0, 0.005, 1e-3, 0.01
 LOOKED_AT = 32  # turns in which a settled motion must repeat
 BUDGET = 90.0  # s
 LEAST, MOST = 1.0, 24  # s that a cell has at least, and how often it may go on
@@ -263,12 +263,12 @@ def assess(  # noqa: D417 (nobody gives it the model)
     reach : float
         Each is followed from its present value down to this fraction, and up to this multiple, of it.
     step : float
-        Relative distance of the values looked at where contact is lost or nearly so; up to 16 times that
-        where the orbit is far from any change, ten times where the present motion is chaotic. What begins and
+        Relative distance of the values looked at where contact is lost or nearly so; up to 8 times that
+        where the orbit is far from any change, 5 times where the present motion is chaotic. What begins and
         ends within it may be missed.
     accuracy : float
         Relative distance of two settled motions that enclose a change in the end, where no orbit does; in
-        chaos not below `step`.
+        chaos not below half of `step`.
     lasting : float
         Share of the parameter over which a change has to last. One that does not is a window.
     turns : int

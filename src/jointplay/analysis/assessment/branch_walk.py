@@ -4,13 +4,16 @@ At each value the orbit is found by Newton's method on the section map from a st
 before it. Steps are even in the logarithm: long where the orbit is strongly stable and its contacts stay far
 from opening, short where a multiplier nears the unit circle, and where contact is lost or nearly so: there
 events appear and vanish in narrow succession. How near opening is, its `margin` says: the least normal force
-over the largest one of the same joint, the smallest of all joints.
+over the largest one of the same joint, the smallest of all joints. An orbit off the line is of the branch
+if the first step of Newton's method all but ended there. One that is strongly stable, and whose residual on
+the line is small, takes one step and is not run through again: the step errs by its square.
 
 Contact is lost where the orbit first has a separation; the orbit ends where a multiplier leaves the unit
 circle (through -1: its period doubles; through +1: a fold or a branch point; a pair: a torus) or where no
 orbit continues it. Both are enclosed by halving, each time with the orbit itself. Multipliers near the unit
 circle are taken at a sharper tolerance: long steps do not resolve the tangents of a motion that is quiet.
-Reference: Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapter 10.
+References: Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapter 10; Deuflhard, Newton Methods
+(2011), chapter 5.
 Validity: what appears and vanishes between two steps is not seen.
 """
 
@@ -40,7 +43,7 @@ TOLERANCE = 1e-8  # of an orbit's residual, in units of the states' scales
 SOONER = 1e-6  # likewise, of a residual after a part of an orbit's turns: it closes there
 QUICK = (TOLERANCE, 8, TOLERANCE, 0.25)  # of Newton's method near an orbit: what takes more is none of it
 SAMPLES = 512  # of a turn, for the margin
-LONGEST, LONG, FINEST = 16, 4, 16  # short steps at once; and parts of one, where stability is about to end
+LONGEST, LONG, FINEST = 8, 2, 32  # short steps at once; and parts of one, where stability is about to end
 SHORTEST = 1e-4  # below which an orbit that is not found has ended
 FAR, NEAR = 0.2, 0.03  # margins above which steps are the longest, and below which they are short
 FALL = 0.5  # share of the margin that a step may take away
@@ -48,6 +51,10 @@ STRONG, WEAK = 0.7, 0.9  # largest multipliers likewise; above the latter the sh
 RISE = 0.5  # share of its distance from 1 by which the largest multiplier may come nearer in a step
 ASTRAY = 0.5  # of the step to the place expected: how far an orbit may lie from it
 ALIKE = 0.01  # clearances that it may in any case, and more where both are strongly stable and keep contact
+UNSEEN = 0.03  # clearances that a strongly stable orbit's residual may be before a step that is not looked at
+NEARBY = (
+    0.1  # residual left by the first step of Newton's method, over that before: no other orbit is as near
+)
 NEAREST = 0.005  # of a turn: an event so near the section moves it
 CRITICAL = 0.02  # of a multiplier's size, on both sides of where it passes 1
 ENCLOSED = 1e-6  # relative width of the values that enclose a change
@@ -152,10 +159,12 @@ class Branch:
         there = self.mechanism.varied({self.key: value})
         return section_map(placed(there, None, ONCE_A_TURN), ONCE_A_TURN, self.turns, rtol, self.max_steps)
 
-    def at(self, value: float, like: SectionMap, state: np.ndarray, sharp: bool) -> Place | None:
+    def at(
+        self, value: float, like: SectionMap, state: np.ndarray, sharp: bool, unseen: float = 0.0
+    ) -> Place | None:
         """The orbit near a state on the section of another one; None if there is none."""
         section = replace(self.map(value, SHARP if sharp else RTOL), phase=like.phase)
-        orbit = newton(section, state, *QUICK)
+        orbit = newton(section, state, *QUICK, unseen)
         return None if orbit.status or repeats_sooner(orbit) else self.place(value, orbit)
 
     def first(self, value: float, state: np.ndarray) -> Place | None:
@@ -255,13 +264,19 @@ class Walk:
         """The orbit of the branch at a value, found from the last two; None if it is not near there."""
         section = last.orbit.map
         guess, moved = self.expected(value, last)
-        found = self.branch.at(value, section, guess, last.radius > STRONG)
-        if found is None or found.orbit.map.phase != section.phase:
-            return found
-        quiet = last.radius < STRONG and last.margin > 0 and found.margin > 0
-        astray = np.linalg.norm(_positions(section, section.differ(found.orbit.state, guess)))
-        allowed = max(ASTRAY * moved, ALIKE * self.angle)
-        return found if quiet or astray <= allowed or self.step <= SHORTEST else None
+        rough = [UNSEEN * self.angle] if last.radius < STRONG else []
+        for unseen in (*rough, 0.0):
+            found = self.branch.at(value, section, guess, not rough, unseen)
+            if found is None or found.orbit.map.phase != section.phase:
+                return found
+            astray = np.linalg.norm(_positions(section, section.differ(found.orbit.state, guess)))
+            quiet = rough and last.margin > 0 and found.margin > 0
+            near = (
+                quiet or found.orbit.contraction < NEARBY or astray <= max(ASTRAY * moved, ALIKE * self.angle)
+            )
+            if (near and found.radius < STRONG) if unseen else (near or self.step <= SHORTEST):
+                return found
+        return None
 
     @cached_property
     def angle(self) -> float:

@@ -23,7 +23,7 @@ followed is another one.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -37,6 +37,7 @@ from jointplay.analysis.assessment.settled import (
     Remembering,
     Settled,
     Unsettled,
+    followed,
     lasting,
     settled,
 )
@@ -57,7 +58,7 @@ CARRIED = 0.3  # of the transient and of an exponent's turns, for a motion that 
 PINPRICK, WIDENED, HALVED = 1e-5, 4.0, 4  # first relative distance to a window's end; factor; halvings then
 NOT_MET = (math.nan,) * 5 + (HOW.index("not_met"),)
 PROBES = 4  # distances, at least, over the share that a change of a chaotic motion has to last
-CHAOTIC = 10  # steps at once where the present motion is chaotic; its edges are enclosed to one step
+CHAOTIC = 5  # steps at once where the present motion is chaotic; its edges are enclosed to half a step
 BEYOND = 40  # motions beyond the end of the orbit, at most
 SURE = (
     "period_doubling",
@@ -80,7 +81,7 @@ class Search:
 
     def in_chaos(self) -> Search:
         """The search in chaos: no finer than its windows make sense of."""
-        return replace(self, step=CHAOTIC * self.step, accuracy=max(self.accuracy, self.step))
+        return replace(self, step=CHAOTIC * self.step, accuracy=max(self.accuracy, self.step / 2))
 
     def values(self, begin: float, way: int) -> np.ndarray:
         """Values after the first, in even steps of the logarithm."""
@@ -105,7 +106,7 @@ class Carried:
     key: str
     how: Plan
     known: dict[tuple[float, Settled], Settled] = field(default_factory=dict)
-    lasts: dict[Settled, Settled] = field(default_factory=dict)
+    lasts: dict[tuple[Settled, tuple[int, ...]], Settled] = field(default_factory=dict)
     stretches: dict[tuple[Settled, str], Stretch | None] = field(default_factory=dict)
 
     @property
@@ -118,20 +119,45 @@ class Carried:
         """The motion at a value, from the end of another one."""
         at = float(value), before  # edges of several traits in one step begin with the same motions
         if at not in self.known:
-            here = self.mechanism.varied({self.key: at[0]})
-            self.known[at] = settled(here, before.end, self.carried, before.period)
+            self.known[at] = settled(self._at(at[0]), before.end, self.carried, before.period)
         return self.known[at]
 
-    def lasting(self, place: Spot) -> Spot:
-        """A place with the motion that its own is in the end."""
-        if place[1] not in self.lasts:
-            self.lasts[place[1]] = lasting(place[1], self.how)
-        return place[0], self.lasts[place[1]]
+    def lasting(self, place: Spot, waits: tuple[int, ...] = LASTING) -> Spot:
+        """A place with the motion that its own is after some waits, or in the end."""
+        asked = place[1], waits
+        if asked not in self.lasts:
+            self.lasts[asked] = lasting(place[1], self.how, waits)
+        return place[0], self.lasts[asked]
 
     def chaotic(self, value: float, before: Settled) -> Spot:
         """The motion at a value, from the end of another one, with chaos that has not died out soon."""
         motion = self.at(value, before)
-        return value, motion if motion.period else lasting(motion, self.how, LASTING[:1])
+        return self.lasting((value, motion), LASTING[:1])
+
+    def patient(self, values: list[float], before: Settled) -> Iterator[Spot]:
+        """The motions at values one after another, each from the end of the one before."""
+        for value in values:
+            before = self.at(value, before)
+            yield value, before
+
+    def soon(self, values: list[float], before: Settled) -> list[Spot]:
+        """The motion at the first value, and at the next one at which it soon has the period of before.
+
+        Each from the end of the one before it. Empty where none soon has it: then it may need longer.
+        """
+        found: list[Spot] = []
+        try:
+            for value in values:
+                start = found[-1][1] if found else before
+                found.append((value, followed(self._at(value), start.end, self.carried)))
+                if found[-1][1].period == before.period:
+                    return [*found[:-1][:1], found[-1]]
+        except Unsettled:
+            pass
+        return []
+
+    def _at(self, value: float) -> Mechanism:
+        return self.mechanism.varied({self.key: value})
 
     def stretch(self, last: Spot, place: Spot, name: str, share: float) -> Stretch | None:
         """The stretch about a place in which a trait is not as at the one before; None where it lasts.
@@ -230,13 +256,17 @@ class Side:
         return not (motion.period or self.here.traits["chaos"] or self.found["chaos"][-1])
 
     def returned(self, traits: dict[str, bool], period: int) -> list[str]:
-        """Changes behind which a trait is as at present for the first time again, for certain.
+        """Changes behind which a trait is as at present for the first time again."""
+        missed = (n for n, found in self.found.items() if found[-1] and math.isnan(found[-2]))
+        return [n for n in missed if self.like_here(n, traits, period)]
+
+    def like_here(self, name: str, traits: dict[str, bool], period: int) -> bool:
+        """Whether a trait is as at present, for certain.
 
         What has no period may be chaotic even where its exponent does not say so.
         """
-        open_yet = {"chaos"} if not (period or traits["chaos"]) else set()
-        missed = (n for n, found in self.found.items() if found[-1] and math.isnan(found[-2]))
-        return [n for n in missed if n not in open_yet and traits[n] == self.here.traits[n]]
+        unknown = name == "chaos" and not (period or traits["chaos"])
+        return traits[name] == self.here.traits[name] and not unknown
 
     def at(self, value: float, traits: dict[str, bool], period: int) -> None:
         """Note a value looked at, and which traits are as at present there for the first time again."""
@@ -329,19 +359,22 @@ def _behind(side: Side, carried: Carried, search: Search, end: tuple[Spot, float
     """The motion behind the end of an orbit: of its period, or at the end of what a change has to last."""
     last, outer, kind = end
     begin, limit = float(Parameter(carried.mechanism, carried.key).value), math.log(search.reach)
-    values = [outer * (1 + search.accuracy) ** way, last[0] * (1 + search.lasting) ** way]
-    values = values[: 1 + (search.lasting > search.accuracy)]
-    for value in [each for each in values if abs(math.log(each / begin)) <= limit] or [outer]:
-        spot = value, carried.at(value, last[1])
-        spot = carried.lasting(spot) if side.unsure(spot[1]) else spot
+    values = [outer * (1 + search.accuracy) ** way]
+    if search.lasting > search.accuracy:
+        shares = search.lasting * np.arange(1, PROBES + 1) / PROBES
+        values += [float(last[0] * (1 + share) ** way) for share in shares if share > 2 * search.accuracy]
+    values = [each for each in values if abs(math.log(each / begin)) <= limit] or [outer]
+    soon = carried.soon(values, last[1])
+    for spot in soon or carried.patient([values[0], *values[1:][-1:]], last[1]):
+        spot = carried.lasting(spot) if not soon and side.unsure(spot[1]) else spot
         for name in side.changed(spot[1].traits):
             if last is not end[0]:
                 _halved(side, carried, name, last, spot, search)
             elif kind == ENDED:
-                side.change(name, last[0], value, "bracketed")
+                side.change(name, last[0], spot[0], "bracketed")
             else:
-                side.change(name, last[0], outer if name == "doubling" else value, kind)
-        side.at(value, spot[1].traits, spot[1].period)
+                side.change(name, last[0], outer if name == "doubling" else spot[0], kind)
+        side.at(spot[0], spot[1].traits, spot[1].period)
         last = spot
         if spot[1].period == side.here.period:
             break
@@ -366,6 +399,7 @@ def _along_branch(side: Side, walk: Walk) -> tuple[Place, float, str] | None:
             inner, outer = walk.enclosed(lambda middle, lost=place.lost: middle.lost == lost)
             if side.changed(here.traits | {"contact_loss": outer.lost}):
                 side.change("contact_loss", inner.value, outer.value, "grazing")
+            side.at(outer.value, here.traits | {"contact_loss": outer.lost}, here.period)
         if left is not None:
             end = walk.enclosed(lambda middle: middle.stable)[1].value
             if abs(math.log(end / left[1])) > math.log1p(side.lasting):
@@ -384,18 +418,24 @@ def _beyond(side: Side, carried: Carried, search: Search, first: Spot, way: int,
     """Settle motions on the rest of the way, a length of the logarithm, behind the end of the orbit."""
     count = min(BEYOND, math.ceil(rest / search.step)) if rest > 0 else 0
     values = [float(v) for v in first[0] * np.exp(way * np.linspace(0.0, rest, count + 1)[1:])]
-    places = [carried.mechanism.varied({carried.key: value}) for value in values]
     plan = replace(carried.carried, beside=True)
-    calls = [partial(_tried, place, first[1].end, plan) for place in places]
-    last = first
-    for value, motion in zip(values, batch(calls, followed_together), strict=True):
+    calls = [
+        partial(_tried, carried.mechanism.varied({carried.key: value}), first[1].end, plan)
+        for value in values
+    ]
+    last, spots = first, [*zip(values, batch(calls, followed_together), strict=True)]
+    for number, (value, motion) in enumerate(spots):
         if isinstance(motion, Unsettled):
             raise motion
         spot = value, motion
         if side.unsure(motion):
-            spot = carried.lasting(spot)
+            spot = carried.lasting(spot, LASTING[:1])
+        within = [each for at, each in spots[number + 1 :] if abs(at / last[0]) ** way < 1 + search.lasting]
         for name in side.changed(spot[1].traits):
-            _halved(side, carried, name, last, spot, search)
+            if any(isinstance(m, Settled) and side.like_here(name, m.traits, m.period) for m in within):
+                side.change(name, last[0], value, "bracketed")  # a window
+            else:
+                _halved(side, carried, name, last, spot, search)
         side.at(value, spot[1].traits, spot[1].period)
         last = spot
 
@@ -412,7 +452,7 @@ def _carried_along(side: Side, carried: Carried, search: Search, way: int) -> No
     """Carry a motion without a period from value to value."""
     here, begin = side.here, side.limit
     trail: list[Spot] = [(begin, here)]
-    carried.lasts[here], values = here, search.values(begin, way)
+    carried.lasts[here, LASTING], values = here, search.values(begin, way)
     while len(values) and not side.complete:
         spot = carried.chaotic(float(values[0]), trail[-1][1])
         if side.changed(spot[1].traits) or side.returned(spot[1].traits, spot[1].period):
@@ -454,20 +494,27 @@ def _halved(
     """Halve the distance of two motions that differ in a trait, and note the change, or return its window.
 
     Where chaos in between is too short to be seen from the first one, a window seems to begin farther back.
+    In between chaos is followed for less long, if that of the two found in the end is lasting.
     """
-    while abs(first[0] - last[0]) > search.accuracy * abs(first[0]):
-        value = (first[0] + last[0]) / 2
-        middle = carried.lasting((value, carried.at(value, last[1])))
-        same = middle[1].traits[name] == last[1].traits[name]
-        window = None if same else _window(carried, name, last, middle, side.here, search)
-        if same:
-            last = middle
-        elif window and abs(window.low) <= abs(first[0]) <= abs(window.high):
-            return window
-        elif window and abs(window.back[0] - value) < abs(first[0] - value):  # before the edge
-            last = window.back
-        else:
-            first = middle
-    irregular = name == "contact_loss" and not first[1].period
-    side.change(name, last[0], first[0], "irregular" if irregular else "bracketed")
+    for waits in (LASTING[:1], LASTING):
+        inner, outer = carried.lasting(last, waits), carried.lasting(first, waits)
+        if inner[1].traits[name] == outer[1].traits[name]:
+            return None
+        while abs(outer[0] - inner[0]) > search.accuracy * abs(outer[0]):
+            value = (outer[0] + inner[0]) / 2
+            middle = carried.lasting((value, carried.at(value, inner[1])), waits)
+            same = middle[1].traits[name] == inner[1].traits[name]
+            window = None if same else _window(carried, name, inner, middle, side.here, search)
+            if same:
+                inner = middle
+            elif window and abs(window.low) <= abs(outer[0]) <= abs(window.high):
+                return window
+            elif window and abs(window.back[0] - value) < abs(outer[0] - value):  # before the edge
+                inner = window.back
+            else:
+                outer = middle
+        if all(carried.lasting(each)[1].traits[name] == each[1].traits[name] for each in (inner, outer)):
+            break
+    irregular = name == "contact_loss" and not outer[1].period
+    side.change(name, inner[0], outer[0], "irregular" if irregular else "bracketed")
     return None

@@ -244,11 +244,11 @@ def settled(mechanism: Mechanism, start: Any, how: Plan, usual: int = 1) -> Sett
 def _about(motion: Settled, usual: int, how: Plan) -> Settled | None:
     """The motion, of the usual period or chaotic; else the orbit that it approaches, if there is one.
 
-    Another period is that of a swing only where its exponent says that it hardly decays.
+    It swings about one only where its exponent, once it is known, says that this hardly decays.
     """
     if motion.period == max(usual, 1) or motion.traits["chaos"]:
         return motion
-    if motion.period and not motion.value("section_exponent_per_turn") > np.log(SLOW):
+    if not motion.value("section_exponent_per_turn") > np.log(SLOW):
         return None
     try:
         return _sought(motion.mechanism, motion.end, SOUGHT[:1], how)[0]

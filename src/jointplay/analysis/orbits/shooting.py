@@ -42,6 +42,8 @@ class Orbit:
         Largest difference of state and image, in units of the scales.
     iterations : int
         Steps taken.
+    contraction : float
+        Residual after the first step over that before it; NaN where that was not looked at.
     """
 
     status: int
@@ -50,6 +52,7 @@ class Orbit:
     image: Image
     residual: float
     iterations: int
+    contraction: float = np.nan
 
 
 def residual(section: SectionMap, state: np.ndarray, image: Image) -> np.ndarray:
@@ -66,27 +69,33 @@ def newton(
     iterations: int = ITERATIONS,
     enough: float = ROUNDING,
     shortest: float = SHORTEST,
+    unseen: float = 0.0,
 ) -> Orbit:
     """Find the fixed point near a state on the section; status ``not_converged`` if there is none.
 
-    A residual that is `enough` is made no smaller; a part of a step is no smaller than the `shortest`.
+    A residual that is `enough` is made no smaller; a part of a step is no smaller than the `shortest`. The
+    step from a residual below `unseen` is the last: the image and its residual are those before it.
     """
     image = section.image(state)
     r = residual(section, state, image)
-    size, count = np.max(np.abs(r)), 0
+    size, count, contraction = np.max(np.abs(r)), 0, np.nan
     while count < iterations and np.isfinite(size) and size > enough:
         P = image.derivative
         step = np.linalg.lstsq(np.eye(len(P)) - P, r, rcond=None)[0]
+        if size < unseen:
+            state = section.state(section.unknowns(state) + step)
+            return Orbit(0, section, state, image, float(size), count + 1, float(contraction))
         trial = _damped(section, state, step, size, shortest)
         count += 1
         if trial is None:
             break
         before, (state, image, r) = size, trial
         size = np.max(np.abs(r))
+        contraction = size / before if count == 1 else contraction
         if size <= tolerance and size / before > GAIN:
             break
     status = image.status or (0 if size <= tolerance else FAILED)
-    return Orbit(status, section, state, image, float(size), count)
+    return Orbit(status, section, state, image, float(size), count, float(contraction))
 
 
 def _damped(section: SectionMap, state: np.ndarray, step: np.ndarray, size: float, shortest: float):
