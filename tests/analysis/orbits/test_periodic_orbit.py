@@ -158,9 +158,9 @@ def test_an_unstable_orbit_beside_a_stable_one():
 def test_where_nothing_is_found_another_section_of_the_turn_is_tried(monkeypatch):
     tried, newton = [], orbit_search.newton
 
-    def failing(section, *given):
+    def failing(section, *given, **how):
         tried.append(section.phase)
-        found = newton(section, *given)
+        found = newton(section, *given, **how)
         return found if len(tried) > 1 else replace(found, status=STATUS.index("not_converged"))
 
     monkeypatch.setattr(orbit_search, "newton", failing)

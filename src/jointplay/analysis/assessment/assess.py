@@ -23,7 +23,7 @@ from jointplay.analysis.assessment.alternatives import hangs_on, variants
 from jointplay.analysis.assessment.curves import END, VALUES, curve, ratios
 from jointplay.analysis.assessment.edges import HOW, SIDES, Search, edges
 from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN, WORK, forces
-from jointplay.analysis.assessment.grades import GRADES, UNKNOWN, grade
+from jointplay.analysis.assessment.grades import GRADES, UNKNOWN, grade, largest
 from jointplay.analysis.assessment.page import answer, page
 from jointplay.analysis.assessment.settled import CHANGES, LASTING, SLOW, Settled, Unsettled, plan, present
 from jointplay.analysis.cells import first_bad, growing, handed_out, shown, warm
@@ -469,20 +469,11 @@ def _forces(joints: list[str], now: Answer, ideal: Answer) -> dict[str, Any]:
 
 
 def _contacts(mechanism: Mechanism, joints: list[str], now: Answer) -> dict[str, Any]:
-    clearance = np.asarray([joint.clearance for joint in mechanism.joints])
-    loose = [joint.clearance > 0 and joint.contact is not None for joint in mechanism.joints]
-    data = [
-        _contact_data(joint) if there else "" for joint, there in zip(mechanism.joints, loose, strict=True)
-    ]
-    friction = [
-        getattr(joint.friction, "coefficient", 0.0) if there else np.nan
-        for joint, there in zip(mechanism.joints, loose, strict=True)
-    ]
-    found = {
-        "clearance": clearance,
-        "contact_data": np.array(data),
-        "friction_coefficient": np.array(friction),
-    }
+    loose = [each if each.clearance > 0 and each.contact is not None else None for each in mechanism.joints]
+    data = [_contact_data(joint) if joint else "" for joint in loose]
+    friction = [getattr(joint.friction, "coefficient", 0.0) if joint else np.nan for joint in loose]
+    found: dict[str, Any] = {"contact_data": np.array(data), "friction_coefficient": np.array(friction)}
+    found["clearance"] = np.array([joint.clearance for joint in mechanism.joints])
     found |= {name: _on(joints, now, name) for name in CONTACTS}
     found["sliding_work_per_hour"] = found["sliding_work"] * HOUR / now.get("turn_period", np.nan)
     return found
@@ -535,10 +526,7 @@ def _graded(mechanism: Mechanism, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _grade(lost: bool, ratio: np.ndarray, speed: np.ndarray) -> int:
-    known = np.isfinite(ratio).any()
-    return grade(
-        bool(lost), float(np.nanmax(ratio)) if known else math.nan, float(np.nanmax(speed, initial=0.0))
-    )
+    return grade(bool(lost), largest(ratio), float(np.nanmax(speed, initial=0.0)))
 
 
 def _variants(mechanism: Mechanism, joints: list[str], other: Answer, ideal: np.ndarray) -> dict[str, Any]:
@@ -547,20 +535,13 @@ def _variants(mechanism: Mechanism, joints: list[str], other: Answer, ideal: np.
     rows = len(made)
     if "peak" not in other:
         other = {"names": [], "statuses": np.full(rows, other["status"])}
-    found = {
-        f"variant_{new}": _on(joints, other, old, rows)
-        for new, old in (
-            ("peak_force", "peak"),
-            ("separations", "separations"),
-            ("impact_speed", "impact_speed"),
-        )
-    }
+    names = {"peak_force": "peak", "separations": "separations", "impact_speed": "impact_speed"}
+    found = {f"variant_{new}": _on(joints, other, old, rows) for new, old in names.items()}
     marks = np.full(rows, GRADED.index(UNKNOWN))
     lost = np.asarray(other.get("lost", np.full(rows, np.nan)), dtype=float)
     for i in np.flatnonzero(np.isfinite(lost)):
-        marks[i] = _grade(
-            lost[i] == 1, found["variant_peak_force"][i] / ideal, found["variant_impact_speed"][i]
-        )
+        speeds = found["variant_impact_speed"][i]
+        marks[i] = _grade(lost[i] == 1, found["variant_peak_force"][i] / ideal, speeds)
     return found | {
         "variant_quantity": np.array([each.quantity for each in made], dtype=str),
         "variant_change": np.array([each.change for each in made], dtype=str),
@@ -595,27 +576,25 @@ def _curves(joints: list[str], keys: Sequence[str], over: Sequence[Answer]) -> d
 
 def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -> dict[str, Any]:
     shape = (len(keys), len(SIDES), len(CHANGES))
+
+    def numbers(name: str, missing: Any) -> np.ndarray:
+        """Numbers of each side, over parameters, sides, and whatever else."""
+        given = np.array([each.get(name, missing) for each in sides])
+        return given.reshape(*shape[:2], *given.shape[1:])
+
+    def table(name: str, columns: int) -> np.ndarray:
+        """Rows of each side, NaN behind the last; likewise."""
+        made = _padded([np.asarray(each.get(name, ()), dtype=float) for each in sides], columns)
+        return made.reshape(*shape[:2], -1, columns)
+
     along = [Parameter(mechanism, key) for key in keys]
     values = np.array([float(each.value) for each in along])
-    none = np.full(len(CHANGES), np.nan)
-    names = ("edge", "error", "low", "high", "back")
-    found = {n: np.array([each.get(n, none) for each in sides]).reshape(shape) for n in names}
+    found = {n: numbers(n, np.full(shape[2], np.nan)) for n in ("edge", "error", "low", "high", "back")}
     ratio = {name: each / values[:, None, None] for name, each in found.items()}
-    limits = np.array([each.get("limit", np.nan) for each in sides]).reshape(shape[:2])
-    how = np.array([each.get("how", np.zeros(len(CHANGES))) for each in sides]).reshape(shape)
     speeds = [[_speed(mechanism, key, v) for v in found["edge"][i].flat] for i, key in enumerate(keys)]
-    windows = _padded([each.get("windows", ()) for each in sides], 3).reshape(*shape[:2], -1, 3)
+    windows, looked, told = table("windows", 3), table("looked", 1), table("traits", len(CHANGES))
     ends = np.sort(windows[..., :2] / values[:, None, None, None], axis=-1)
-    looked = {name: [each.get(name, np.zeros(0)) for each in sides] for name in ("looked", "periods")}
-    traits = [np.reshape(each.get("traits", ()), (-1, len(CHANGES))) for each in sides]
-    told = _padded([np.where(rows, 1.0, 0.0) for rows in traits], len(CHANGES)).reshape(
-        *shape[:2], -1, len(CHANGES)
-    )
     told = np.where(np.isnan(told), TOLD.index(UNKNOWN), told)
-    looks = {
-        name: _padded([each[:, None] for each in rows], 1).reshape(*shape[:2], -1)
-        for name, rows in looked.items()
-    }
     return {
         "edge_ratio": ratio["edge"],
         "edge_ratio_error": np.abs(ratio["error"]),
@@ -626,17 +605,17 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
         "present_value": values,
         "parameter_units": np.asarray([each.cf_units for each in along]),
         "parameter_name": np.asarray([each.noun for each in along]),
-        "limit_ratio": limits / values[:, None],
-        "values_looked_at": np.reshape([len(each) for each in looked["looked"]], shape[:2]),
-        "looked_ratio": looks["looked"] / values[:, None, None],
-        "looked_period": looks["periods"],
+        "limit_ratio": numbers("limit", np.nan) / values[:, None],
+        "values_looked_at": np.isfinite(looked).sum(axis=(2, 3)),
+        "looked_ratio": looked[..., 0] / values[:, None, None],
+        "looked_period": table("periods", 1)[..., 0],
         "looked_contact_loss": told[..., CHANGES.index("contact_loss")],
         "looked_chaos": told[..., CHANGES.index("chaos")],
         "window_low": ends[..., 0],
         "window_high": ends[..., 1],
         "window_period": windows[..., 2],
-        "found_by": how,
-        "side_status": np.array([each["status"] for each in sides]).reshape(shape[:2]),
+        "found_by": numbers("how", np.zeros(len(CHANGES))),
+        "side_status": numbers("status", 0),
     }
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from jointplay.analysis.assessment.branch_walk import Branch, Walk
 from jointplay.analysis.assessment.forces import columns, forces
-from jointplay.analysis.assessment.grades import grade
+from jointplay.analysis.assessment.grades import grade, largest
 from jointplay.analysis.assessment.settled import SLOW, Settled, Unsettled, approached, on_orbit
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
 from jointplay.display.errors import InputError
@@ -144,9 +144,8 @@ class Scene:
             return {"status": error.status}
         like = np.array([ideal.get(name, np.nan) for name in found["names"]])
         lost = motion.traits["contact_loss"] or bool(np.any(found["separations"] > 0))
-        ratio = float(np.nanmax(found["peak"] / like)) if np.isfinite(like).any() else math.nan
         row = {name: found[name] for name in ("names", "peak", "period", "impact_speed")}
-        mark = float(grade(lost, ratio, float(np.max(found["impact_speed"]))))
+        mark = float(grade(lost, largest(found["peak"] / like), float(np.max(found["impact_speed"]))))
         return row | {"status": 0, "lost": lost, "ideal": like, "grade": mark}
 
     def _on_orbit(self, value: float, motion: Settled) -> Settled | None:

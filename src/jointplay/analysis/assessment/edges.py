@@ -131,8 +131,7 @@ class Carried:
 
     def chaotic(self, value: float, before: Settled) -> Spot:
         """The motion at a value, from the end of another one, with chaos that has not died out soon."""
-        motion = self.at(value, before)
-        return self.lasting((value, motion), LASTING[:1])
+        return self.lasting((value, self.at(value, before)), LASTING[:1])
 
     def patient(self, values: list[float], before: Settled) -> Iterator[Spot]:
         """The motions at values one after another, each from the end of the one before."""

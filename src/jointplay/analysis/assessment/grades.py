@@ -12,6 +12,10 @@ largest force to that of the same linkage with ideal joints.
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
 GRADES = ("quiet", "touches", "rattles", "hammers")
 UNKNOWN = "unknown"
 GENTLE, HARD = 0.01, 0.1  # m/s
@@ -41,3 +45,8 @@ def grade(lost: bool, ratio: float, speed: float) -> int:
     if speed >= HARD or ratio >= HEAVY:
         return 3
     return 1 if speed < GENTLE and ratio < LIGHT else 2
+
+
+def largest(numbers: np.ndarray) -> float:
+    """The largest of the numbers that are known; NaN where none is."""
+    return float(np.nanmax(numbers)) if np.isfinite(numbers).any() else math.nan

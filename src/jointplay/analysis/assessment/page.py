@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.analysis.assessment.edges import SIDES
-from jointplay.analysis.assessment.grades import GRADES, MEANING, UNKNOWN
+from jointplay.analysis.assessment.grades import GRADES, MEANING, UNKNOWN, largest
 from jointplay.analysis.assessment.settled import SLOW
 from jointplay.display import codes
 from jointplay.display.number_text import counted, plain, signed, with_error
@@ -113,9 +113,8 @@ def _verdict(dataset: Dataset) -> str:
     """The grade, how often contact is lost and how hard it hits, and the largest force."""
     i, joints = _hardest(dataset), _joints(dataset)
     ratio, force = float(dataset["force_ratio"][i]), measure(float(dataset["peak_force"][i]), "N", 3)
-    most = (
-        f"the largest force is {plain(ratio, 3)} times that of ideal joints, at joint {joints[i]} ({force})"
-    )
+    where = f"at joint {joints[i]} ({force})"
+    most = f"the largest force is {plain(ratio, 3)} times that of ideal joints, {where}"
     if ratio < ALIKE:
         most = f"forces are those of ideal joints, within {plain(100 * (ALIKE - 1), 2)} %"
     word = _grade(dataset).capitalize()
@@ -135,11 +134,8 @@ def _limits(dataset: Dataset) -> str:
     """Where contact is first lost, or kept again, on each side of each parameter."""
     lost, places = _present(dataset)["contact_loss"] == "yes", []
     for key in map(str, dataset["parameter"].values):
-        ends = [
-            f"{side} {_value(dataset, key, ratio, 4)}"
-            for side in SIDES
-            if (ratio := _limit(dataset, key, side))
-        ]
+        limits = [(side, _limit(dataset, key, side)) for side in SIDES]
+        ends = [f"{side} {_value(dataset, key, ratio, 4)}" for side, ratio in limits if ratio]
         if ends:
             places.append(f"{dataset['parameter_name'].sel(parameter=key).values} {' or '.join(ends)}")
     if not places and not dataset["values_looked_at"].values.any():
@@ -173,11 +169,8 @@ def _slow(dataset: Dataset) -> Iterator[str]:
     share = plain(100 * (1 - radius ** (1 / period)), 2)
     yield f"  It settles slowly: what disturbs it shrinks by {share} % a turn,"
     yield f"  to a third in {turns:.0f} turns ({time})."
-    smooth = [
-        n for n, f in zip(_joints(dataset), dataset["friction_coefficient"].values, strict=True) if f == 0
-    ]
-    if smooth:
-        where = " and ".join(smooth)
+    where = " and ".join(_joints(dataset.isel(joint=dataset["friction_coefficient"].values == 0)))
+    if where:
         yield f"  There is no friction at joint {where}: only normal contact damps the swing of the journal"
         yield "  along its bearing. Forces are those of the settled motion."
 
@@ -194,31 +187,19 @@ def _hangs_on(dataset: Dataset) -> list[str]:
     if _not_run(dataset["variant_status"]):
         return [*lines, "  other contact data: not looked at"]
     joint = _joints(dataset)[_hardest(dataset, loose=True)]
-    rows = [
-        (
-            "contact data",
-            "grade",
-            f"force at {joint} (N)",
-            "times ideal",
-            "separations",
-            "impact speed",
-            "period",
-        )
-    ]
-    now = (float(dataset[n].sel(joint=joint)) for n in ("peak_force", "separations", "impact_speed"))
-    ratio = float(np.nanmax(dataset["force_ratio"]))
-    rows.append(("as given", _grade(dataset), *_numbers(*now, ratio), _repeat(float(dataset["period"]))))
+    head = ("contact data", "grade", f"force at {joint} (N)", "times ideal", "separations")
+    rows = [(*head, "impact speed", "period")]
+    quantities = ("peak_force", "separations", "impact_speed")
+    now = (float(dataset[n].sel(joint=joint)) for n in quantities)
+    numbers = _numbers(*now, largest(dataset["force_ratio"].values))
+    rows.append(("as given", _grade(dataset), *numbers, _repeat(float(dataset["period"]))))
     for i in range(dataset.sizes["variant"]):
         one = dataset.isel(variant=i)
         name = " ".join(str(one[f"variant_{each}"].values) for each in ("quantity", "change"))
-        own = (
-            float(one[f"variant_{n}"].sel(joint=joint)) for n in ("peak_force", "separations", "impact_speed")
-        )
+        own = (float(one[f"variant_{n}"].sel(joint=joint)) for n in quantities)
         ratios = one["variant_peak_force"].values / dataset["ideal_peak_force"].values
-        most = float(np.nanmax(ratios)) if np.isfinite(ratios).any() else math.nan
-        rows.append(
-            (name, _of(one["variant_grade"]), *_numbers(*own, most), _repeat(float(one["variant_period"])))
-        )
+        numbers = _numbers(*own, largest(ratios))
+        rows.append((name, _of(one["variant_grade"]), *numbers, _repeat(float(one["variant_period"]))))
     return [*lines, *_table(rows), f"  {_band(dataset, joint)}"]
 
 
@@ -277,10 +258,8 @@ def _grade_change(dataset: Dataset, key: str, side: str) -> tuple[str, ...]:
     if math.isnan(ratio):
         limit = _value(dataset, key, float(before["grade_change_ratio"]), 3)
         return name, f"not met up to {limit}", "", "", "", "", ""
-    texts = (
-        " → ".join(map(_words_at, (before, after), (n, n)))
-        for n in ("grade", "force", "force_ratio", "impact_speed")
-    )
+    names = ("grade", "force", "force_ratio", "impact_speed")
+    texts = (" → ".join(map(_words_at, (before, after), (n, n))) for n in names)
     return name, _value(dataset, key, ratio, 4), f"{plain(100 * abs(ratio - 1), 3)} %", *texts
 
 
@@ -303,21 +282,18 @@ def _helps(dataset: Dataset) -> str:
         one = dataset.isel(variant=i)
         words = TRIED.get((str(one["variant_quantity"].values), str(one["variant_change"].values)))
         ratio = one["variant_peak_force"].values / dataset["ideal_peak_force"].values
-        if words and np.isfinite(ratio).any():
-            found[words] = float(np.nanmax(ratio))
+        if words:
+            found[words] = largest(ratio)
     for key in map(str, dataset["parameter"].values):
         one = dataset.sel(parameter=key)
         at, words = OTHER.get(key.rsplit(".", 1)[-1], OTHER[""])
         i = int(np.argmin(np.abs(np.log(one["curve_ratio"].values / at))))
         ratio = one["curve_peak_force"].values[i] / one["curve_ideal_peak_force"].values[i]
-        if np.isfinite(ratio).any():
-            found[words.format(one["parameter_name"].values)] = float(np.nanmax(ratio))
-    if not found:
+        found[words.format(one["parameter_name"].values)] = largest(ratio)
+    if not (found := {words: ratio for words, ratio in found.items() if math.isfinite(ratio)}):
         return "single changes: not looked at"
-    best = min(found, key=lambda words: found[words])
-    tried = ", ".join(
-        f"{words} {plain(ratio, 3)}" for words, ratio in sorted(found.items(), key=lambda pair: pair[1])
-    )
+    best = min(found, key=found.__getitem__)
+    tried = ", ".join(f"{words} {plain(found[words], 3)}" for words in sorted(found, key=found.__getitem__))
     if found[best] > HELPS * now:
         return f"none of these single changes lowers the largest force ({plain(now, 3)} times ideal): {tried}"
     lower = f"from {plain(now, 3)} to {plain(found[best], 3)} times that of ideal joints"
@@ -421,11 +397,8 @@ def _changes(dataset: Dataset) -> list[str]:
         unmet = []
         for side in SIDES:
             rows += _met(dataset, key, side)
-            unmet += [
-                *_not_met(dataset, key, side),
-                *_shares(dataset, key, side),
-                *_windows(dataset, key, side),
-            ]
+            for lines_of in (_not_met, _shares, _windows):
+                unmet += lines_of(dataset, key, side)
         lines += [*_table(rows), *(f"    {line}" for line in [*unmet, _looked(one)])]
     return [*lines, "  what begins and ends between two neighbouring values is not seen"]
 

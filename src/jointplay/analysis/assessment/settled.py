@@ -31,9 +31,9 @@ import numpy as np
 
 from jointplay.analysis.exponents.batch_means import ERRORS, widened
 from jointplay.analysis.orbits import floquet
-from jointplay.analysis.orbits.orbit_search import at_phase, away_from_events, lost, on_section
+from jointplay.analysis.orbits.orbit_search import at_phase, nearby, on_section
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
-from jointplay.analysis.orbits.shooting import Orbit, newton
+from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import End, placed, state_names
 from jointplay.analysis.sweeps.attractor import Plan, settle
@@ -140,7 +140,8 @@ def present(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
         return motion
     motion = lasting(settled(mechanism, last, how), how)
     if motion.period:
-        orbit = _near(_sharp(mechanism, motion.end, how, motion.period), motion.end.state)
+        section = _sharp(mechanism, motion.end, how, motion.period)
+        orbit = nearby(section, motion.end.state, **NEWTON)
         if not orbit.status and floquet.stable(floquet.multipliers(orbit.image.derivative)):
             return on_orbit(mechanism, orbit, how)
     return motion
@@ -170,19 +171,10 @@ def _sought(
             if status := status or image.status:
                 raise Unsettled(status)
             points.append(image.state)
-        orbit = _near(section, np.mean(points[-MEAN:], axis=0))
+        orbit = nearby(section, np.mean(points[-MEAN:], axis=0), **NEWTON)
         if not orbit.status and approached(orbit, section, points[-1]):
             return on_orbit(mechanism, orbit, how), End((), state, 0.0)
     return None, End(state_names(section.model), points[-1], 0.0)
-
-
-def _near(section: SectionMap, state: np.ndarray) -> Orbit:
-    """The orbit near a state, if Newton's method finds one soon."""
-    image = section.image(state, False)
-    if image.status:
-        return lost(section, image.status)
-    first, image = away_from_events(section, state, image)
-    return lost(section, image.status) if image.status else newton(first, image.state, **NEWTON)
 
 
 def on_orbit(mechanism: Mechanism, orbit: Orbit, how: Plan) -> Settled:

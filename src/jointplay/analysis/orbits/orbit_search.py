@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -45,18 +46,21 @@ def search(section: SectionMap, settings: Search, progress: Callable[[float], No
 
 def solved(section: SectionMap, state: np.ndarray, settings: Search) -> Orbit:
     """Newton's method from a state, on a section away from events, then on another one."""
-    image = section.image(state, False)
-    if image.status:
-        return lost(section, image.status)
-    first, image = away_from_events(section, state, image)
-    orbit = lost(section, image.status)
-    if not image.status:
-        orbit = newton(first, image.state, settings.tolerance, settings.iterations)
+    how = {"tolerance": settings.tolerance, "iterations": settings.iterations}
+    orbit = nearby(section, state, **how)
     if not orbit.status or section.plane:
         return orbit
     # the periodic orbit may have an event at the section where this motion has none
     other, image = section.moved(state, math.tau * ASIDE)
-    return orbit if image.status else newton(other, image.state, settings.tolerance, settings.iterations)
+    return orbit if image.status else newton(other, image.state, **how)
+
+
+def nearby(section: SectionMap, state: np.ndarray, **how: Any) -> Orbit:
+    """Newton's method from a state, on a section away from events; `how` as in `newton`."""
+    image = section.image(state, False)
+    if not image.status:
+        section, image = away_from_events(section, state, image)
+    return lost(section, image.status) if image.status else newton(section, image.state, **how)
 
 
 def lost(section: SectionMap, status: int) -> Orbit:
