@@ -158,6 +158,15 @@ def test_chaos_is_over_where_there_is_a_period_and_not_where_nothing_is_sure():
     assert side.found["chaos"][-2] == 1.4
 
 
+def test_contact_is_kept_again_where_there_is_a_period_and_not_where_its_loss_was_not_seen():
+    """A motion without a period may lose it now and then."""
+    side = edges_module.Side(motion(1), 1.0, 0.01, 1.0)
+    side.change("contact_loss", 1.1, 1.1, "irregular")
+    for value, each in ((1.2, motion(0, CHAOTIC)), (1.3, motion(4)), (1.4, motion(1))):
+        side.at(value, each.traits, each.period)
+    assert side.found["contact_loss"][-2] == 1.3
+
+
 def test_forces_of_what_is_not_followed_to_its_end_are_a_status_and_a_word():
     linkage = jp.catalog.chunmei2002(clearance=2.9e-5)
     found = assessed(linkage, None, 1, replace(HOW, max_steps=5))
@@ -322,10 +331,11 @@ def test_the_step_from_a_residual_that_is_small_is_not_looked_at():
 @pytest.mark.parametrize(
     ("radius", "met", "aside", "contraction", "tried", "found"),
     [
-        (0.1, 0.1, 0.01, 1.0, [True], True),  # near the line
+        (0.1, 0.1, 0.01, np.nan, [True], True),  # near the line
+        (0.1, 0.1, 0.01, 1.0, [True, False], True),  # likewise, but Newton's method hesitates
         (0.1, 0.1, 0.5, 0.01, [True], True),  # off the line, but Newton's first step brought it there
         (0.1, 0.1, 0.5, 0.5, [True, False], False),
-        (0.1, 0.8, 0.01, 1.0, [True, False], True),  # what is not strongly stable is always looked at
+        (0.1, 0.8, 0.01, np.nan, [True, False], True),  # what is not strongly stable is always looked at
         (0.8, 0.8, 0.5, 0.01, [False], True),
         (0.8, 0.8, 0.5, 0.5, [False], False),
     ],

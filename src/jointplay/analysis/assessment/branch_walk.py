@@ -51,10 +51,8 @@ STRONG, WEAK = 0.7, 0.9  # largest multipliers likewise; above the latter the sh
 RISE = 0.5  # share of its distance from 1 by which the largest multiplier may come nearer in a step
 ASTRAY = 0.5  # of the step to the place expected: how far an orbit may lie from it
 ALIKE = 0.01  # clearances that it may in any case, and more where both are strongly stable and keep contact
-UNSEEN = 0.03  # clearances that a strongly stable orbit's residual may be before a step that is not looked at
-NEARBY = (
-    0.1  # residual left by the first step of Newton's method, over that before: no other orbit is as near
-)
+UNSEEN = 5e-6  # residual of a strongly stable orbit, in units of the scales: the step from there is the last
+NEARBY = 0.1  # of the residual, left by the first step of Newton's method: no other orbit is as near
 NEAREST = 0.005  # of a turn: an event so near the section moves it
 CRITICAL = 0.02  # of a multiplier's size, on both sides of where it passes 1
 ENCLOSED = 1e-6  # relative width of the values that enclose a change
@@ -264,17 +262,17 @@ class Walk:
         """The orbit of the branch at a value, found from the last two; None if it is not near there."""
         section = last.orbit.map
         guess, moved = self.expected(value, last)
-        rough = [UNSEEN * self.angle] if last.radius < STRONG else []
-        for unseen in (*rough, 0.0):
+        rough = last.radius < STRONG
+        for unseen in (UNSEEN, 0.0) if rough else (0.0,):
             found = self.branch.at(value, section, guess, not rough, unseen)
             if found is None or found.orbit.map.phase != section.phase:
                 return found
             astray = np.linalg.norm(_positions(section, section.differ(found.orbit.state, guess)))
             quiet = rough and last.margin > 0 and found.margin > 0
-            near = (
-                quiet or found.orbit.contraction < NEARBY or astray <= max(ASTRAY * moved, ALIKE * self.angle)
-            )
-            if (near and found.radius < STRONG) if unseen else (near or self.step <= SHORTEST):
+            allowed = max(ASTRAY * moved, ALIKE * self.angle)
+            near = quiet or found.orbit.contraction < NEARBY or astray <= allowed
+            sure = near and found.radius < STRONG and not found.orbit.contraction > NEARBY
+            if sure if unseen else (near or self.step <= SHORTEST):
                 return found
         return None
 

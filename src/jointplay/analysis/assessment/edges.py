@@ -262,9 +262,9 @@ class Side:
     def like_here(self, name: str, traits: dict[str, bool], period: int) -> bool:
         """Whether a trait is as at present, for certain.
 
-        What has no period may be chaotic even where its exponent does not say so.
+        What has no period may be chaotic, and lose contact, even where that was not seen.
         """
-        unknown = name == "chaos" and not (period or traits["chaos"])
+        unknown = name != "doubling" and not (period or traits[name])
         return traits[name] == self.here.traits[name] and not unknown
 
     def at(self, value: float, traits: dict[str, bool], period: int) -> None:
@@ -361,7 +361,7 @@ def _behind(side: Side, carried: Carried, search: Search, end: tuple[Spot, float
     values = [outer * (1 + search.accuracy) ** way]
     if search.lasting > search.accuracy:
         shares = search.lasting * np.arange(1, PROBES + 1) / PROBES
-        values += [float(last[0] * (1 + share) ** way) for share in shares if share > 2 * search.accuracy]
+        values += [float(last[0] * (1 + share) ** way) for share in shares if share > search.accuracy]
     values = [each for each in values if abs(math.log(each / begin)) <= limit] or [outer]
     soon = carried.soon(values, last[1])
     for spot in soon or carried.patient([values[0], *values[1:][-1:]], last[1]):
