@@ -25,9 +25,9 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 43_266,
-    "code lines of its analyses": 15_192,
-    "code lines of all three packages": 48_670,
+    "code lines of the suite": 43_262,
+    "code lines of its analyses": 15_188,
+    "code lines of all three packages": 48_666,
     "files of the suite": 407,
     "files with one reader": 84,
     "entries at the top of the suite": 10,

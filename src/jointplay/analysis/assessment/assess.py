@@ -615,7 +615,7 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
         "window_high": ends[..., 1],
         "window_period": windows[..., 2],
         "found_by": numbers("how", np.zeros(len(CHANGES))),
-        "side_status": numbers("status", 0),
+        "side_status": numbers("status", NOT_RUN),
     }
 
 

@@ -2,8 +2,9 @@
 
 A periodic motion is followed as an orbit (`branch_walk`): where the orbit first loses or keeps contact, and
 where it loses its stability or ends, a change is enclosed on the orbit itself. Beyond an end the motion that
-follows is settled, and if its period is another one, that at the end of the share over which a change has to
-last. If it has the same period it is followed on: a jump to it is no change. If not, as many as `BEYOND`
+follows is looked at, and if its period is another one, those at `PROBES` places of the share over which a
+change has to last: one that soon has the same period ends a window. Else the first and the last of them are
+settled. A motion of the same period is followed on: a jump to it is no change. If not, as many as `BEYOND`
 motions on the rest of the way, each from the last orbit, say what there is, and where a trait
 (`settled`) first differs between two of them the step is halved.
 
@@ -24,6 +25,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -57,7 +59,7 @@ HOW = ("not_met", "bracketed", *SPECIAL, "irregular")
 CARRIED = 0.3  # of the transient and of an exponent's turns, for a motion that begins from its neighbour's
 PINPRICK, WIDENED, HALVED = 1e-5, 4.0, 4  # first relative distance to a window's end; factor; halvings then
 NOT_MET = (math.nan,) * 5 + (HOW.index("not_met"),)
-PROBES = 4  # distances, at least, over the share that a change of a chaotic motion has to last
+PROBES = 4  # distances, at least, over the share that a change has to last
 CHAOTIC = 5  # steps at once where the present motion is chaotic; its edges are enclosed to half a step
 BEYOND = 40  # motions beyond the end of the orbit, at most
 SURE = (
@@ -119,7 +121,7 @@ class Carried:
         """The motion at a value, from the end of another one."""
         at = float(value), before  # edges of several traits in one step begin with the same motions
         if at not in self.known:
-            self.known[at] = settled(self._at(at[0]), before.end, self.carried, before.period)
+            self.known[at] = settled(self.made(at[0]), before.end, self.carried, before.period)
         return self.known[at]
 
     def lasting(self, place: Spot, waits: tuple[int, ...] = LASTING) -> Spot:
@@ -144,18 +146,17 @@ class Carried:
 
         Each from the end of the one before it. Empty where none soon has it: then it may need longer.
         """
-        found: list[Spot] = []
-        try:
+        spots, motion = list[Spot](), before
+        with suppress(Unsettled):
             for value in values:
-                start = found[-1][1] if found else before
-                found.append((value, followed(self._at(value), start.end, self.carried)))
-                if found[-1][1].period == before.period:
-                    return [*found[:-1][:1], found[-1]]
-        except Unsettled:
-            pass
+                motion = followed(self.made(value), motion.end, self.carried)
+                spots.append((value, motion))
+                if motion.period == before.period:
+                    return [spots[0], spots[-1]] if len(spots) > 1 else spots
         return []
 
-    def _at(self, value: float) -> Mechanism:
+    def made(self, value: float) -> Mechanism:
+        """The mechanism with that value."""
         return self.mechanism.varied({self.key: value})
 
     def stretch(self, last: Spot, place: Spot, name: str, share: float) -> Stretch | None:
@@ -364,7 +365,7 @@ def _behind(side: Side, carried: Carried, search: Search, end: tuple[Spot, float
         values += [float(last[0] * (1 + share) ** way) for share in shares if share > search.accuracy]
     values = [each for each in values if abs(math.log(each / begin)) <= limit] or [outer]
     soon = carried.soon(values, last[1])
-    for spot in soon or carried.patient([values[0], *values[1:][-1:]], last[1]):
+    for spot in soon or carried.patient([values[0], values[-1]][: len(values)], last[1]):
         spot = carried.lasting(spot) if not soon and side.unsure(spot[1]) else spot
         for name in side.changed(spot[1].traits):
             if last is not end[0]:
@@ -418,10 +419,7 @@ def _beyond(side: Side, carried: Carried, search: Search, first: Spot, way: int,
     count = min(BEYOND, math.ceil(rest / search.step)) if rest > 0 else 0
     values = [float(v) for v in first[0] * np.exp(way * np.linspace(0.0, rest, count + 1)[1:])]
     plan = replace(carried.carried, beside=True)
-    calls = [
-        partial(_tried, carried.mechanism.varied({carried.key: value}), first[1].end, plan)
-        for value in values
-    ]
+    calls = [partial(_tried, carried.made(value), first[1].end, plan) for value in values]
     last, spots = first, [*zip(values, batch(calls, followed_together), strict=True)]
     for number, (value, motion) in enumerate(spots):
         if isinstance(motion, Unsettled):
