@@ -294,6 +294,78 @@ def test_behind_an_orbits_end_what_soon_has_its_period_again_ends_a_window(monke
     assert edge == pytest.approx(1.0, rel=1e-3) if periods[-1] == 2 else np.isnan(edge)
 
 
+class Walked:
+    """Places of one orbit, of which each is known; contact is lost from one value to another."""
+
+    ended = None
+
+    def __init__(self, low, high, values):
+        self.low, self.high = low, high
+        self.rest = [self.place(each) for each in values]
+        self.places = [self.rest.pop(0)]
+
+    def place(self, value):
+        return SimpleNamespace(value=value, stable=True, lost=self.low <= value < self.high)
+
+    def onward(self):
+        self.places.append(place := self.rest.pop(0) if self.rest else None)
+        return place
+
+    def enclosed(self, met):
+        inner, outer = (each.value for each in self.places[-2:])
+        while outer - inner > 1e-6:
+            middle = (inner + outer) / 2
+            inner, outer = (inner, middle) if met(self.place(middle)) else (middle, outer)
+        return self.place(inner), self.place(outer)
+
+
+@pytest.mark.parametrize(("high", "window"), [(1.108, True), (1.112, False)])
+def test_contact_is_kept_again_from_the_exact_place_on(high, window):
+    """Where it was lost for less than the share of 1 %, though the next value looked at is farther."""
+    side = edges_module.Side(motion(1), 1.0, 0.01, 1.0)
+    walk = Walked(1.1, high, [1.0, 1.05, 1.103, 1.115, 1.2])
+    assert edges_module._along_branch(side, walk) is None
+    edge, *_, back, _ = side.found["contact_loss"]
+    if window:
+        assert np.isnan(edge)
+        (found,) = side.windows.values()
+        assert found == pytest.approx((1.1, high, 1), abs=2e-6)
+    else:
+        assert (edge, back) == pytest.approx((1.1, high), abs=2e-6)
+        assert not side.windows
+
+
+@pytest.mark.parametrize(("wide", "halved"), [(1, False), (3, True)])
+def test_beyond_an_orbit_what_is_known_to_be_taken_back_soon_is_not_halved(monkeypatch, wide, halved):
+    """From the third motion on, of those 0.4 % apart, there is another period for so many of them."""
+    step, tried = 0.004, []
+
+    def made(calls, _):
+        tried.extend(call.args[0] for call in calls)
+        return [motion(2 if 2 <= number < 2 + wide else 1) for number in range(len(calls))]
+
+    monkeypatch.setattr(edges_module, "batch", made)
+    monkeypatch.setattr(edges_module, "settled", lambda value, *_: asked.append(value) or motion(1))
+    side, asked = edges_module.Side(here := motion(1), 1.0, 0.01, 1.0), []
+    edges_module._beyond(side, carried(), edges_module.Search(2.0, step, 1e-3), (1.0, here), 1, 10 * step)
+    assert bool(asked) == halved
+    edge = side.found["doubling"][0]
+    if halved:
+        assert edge == pytest.approx(tried[2], rel=1.1e-3)
+        assert not side.windows
+    else:
+        assert np.isnan(edge)
+        (found,) = side.windows.values()
+        assert found == pytest.approx((np.sqrt(tried[1] * tried[2]), tried[3], 2), rel=1e-4)
+
+
+def test_a_side_without_a_word_of_how_it_ended_was_not_looked_at():
+    crank = jp.catalog.slider_crank(clearance={"B": 1e-4})
+    found = {"status": 2, "trouble": "step_limit"}
+    table = jp.words(assembled(crank, ["speed"], found, found, found, [found], [{}, found]))
+    assert table["side_status"].values.tolist() == [["not_run", "step_limit"]]
+
+
 class Squared:
     """A section on which a turn squares the one state, which is fixed at 0."""
 
