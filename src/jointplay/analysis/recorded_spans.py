@@ -175,7 +175,8 @@ def peaks(given: Quantities, rows: np.ndarray, sizes: Sizes) -> tuple[Sizes, Siz
     """
     most = {name: top(np.moveaxis(size, 0, -1), rows[:, 0]) for name, size in sizes.items()}
     forces = [name for name in (NORMAL, PINS, "force") if name in sizes and given.model.links]
-    wanted = {(name, j): _tops(column) for name in forces for j, column in enumerate(sizes[name].T)}
+    each = ((name, j, size) for name in forces for j, size in enumerate(sizes[name].T))
+    wanted = {(name, j): _tops(size, rows[:, 0]) for name, j, size in each}
     beside = np.unique(np.concatenate([np.empty(0, dtype=int), *wanted.values()]))
     places, near = _around(given.model, rows, beside)
     if not len(places):
@@ -194,12 +195,17 @@ def peaks(given: Quantities, rows: np.ndarray, sizes: Sizes) -> tuple[Sizes, Siz
     return most, sizes
 
 
-def _tops(sizes: np.ndarray) -> np.ndarray:
-    """Places of the highest of the points that no neighbour exceeds: the largest may lie beside another."""
-    padded = np.concatenate([[-np.inf], np.nan_to_num(sizes, nan=-np.inf), [-np.inf]])
-    inner = padded[1:-1]
+def _tops(sizes: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Places of the highest of the points that no neighbour exceeds: the largest may lie beside another.
+
+    The two sides of an event are no neighbours: where they differ by rounding alone both may be tops.
+    """
+    inner = np.nan_to_num(sizes, nan=-np.inf)
+    apart = np.diff(times) > 0
+    before = np.append(-np.inf, np.where(apart, inner[:-1], -np.inf))
+    after = np.append(np.where(apart, inner[1:], -np.inf), -np.inf)
     least = LOW * max(inner.max(initial=0.0), np.finfo(float).tiny)
-    at = np.flatnonzero((inner >= padded[:-2]) & (inner >= padded[2:]) & (inner >= least))
+    at = np.flatnonzero((inner >= before) & (inner >= after) & (inner >= least))
     return at[np.argsort(inner[at], kind="stable")[-HIGHEST:]]
 
 

@@ -1,16 +1,18 @@
 """Largest forces and impact speeds of a linkage over one parameter, and where its grade changes.
 
-At values in even steps of the logarithm the motion is settled from the given start, side by side. It is
-recorded over two turns where it repeats, over `turns` where not. Where the present motion settles slowly,
-its orbit is followed to each value that has not settled. Ideal joints' forces are those of the same value.
-Where the grade (`grades`) first differs from the present one, on each side, the step is halved. Where it
-does nowhere on a side, it is looked for farther out, by doubling.
+At values in even steps of the logarithm the motion is settled from the given start, side by side; what soon
+repeats closely every turn is not followed further. It is recorded over one period where it repeats, and a
+little longer, for what happens at its bounds; over `turns` where not. Where the present motion settles
+slowly, its orbit is followed to each value that has not settled. Ideal joints' forces are those of the same
+value. Where the grade (`grades`) first differs from the present one, on each side, the step is halved. Where
+it does nowhere on a side, it is looked for farther out, by doubling.
 Validity: of the motion that is reached from the start; where several coexist another one may be.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import chain
 from typing import Any
@@ -21,8 +23,11 @@ from jointplay.analysis.assessment.branch_walk import Branch, Walk
 from jointplay.analysis.assessment.forces import columns, forces
 from jointplay.analysis.assessment.grades import grade, largest
 from jointplay.analysis.assessment.settled import SLOW, Settled, Unsettled, approached, on_orbit
+from jointplay.analysis.period import REPEATS
+from jointplay.analysis.starts import moved, placed
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
 from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.method.codes import Status
@@ -31,9 +36,11 @@ from jointplay.solver.motion.progress import stands
 VALUES = 49  # the present one in the middle
 SPANS = {"clearance": 10.0}  # reach of a curve by the parameter's last word, as a factor
 SPAN = 3.0
-SETTLE, SEEN = 30, 8  # turns dropped, and looked at
-REPEATED = 2  # turns recorded where the motion repeats
-PER_TURN = 2048
+SOON = {"transient": 8, "turns": REPEATS}  # turns dropped and looked at
+LATER = {"transient": 18, "turns": 8}  # and then of what does not repeat yet
+CLOSELY = 2e-5  # of a clearance, or of a scale: spread of section points of what soon repeats
+REPEATED = 1 + 1 / 64  # periods recorded where the motion repeats
+PER_TURN, SMOOTH = 2048, 512  # samples of a turn; of ideal joints
 HALVED = 5  # steps to a change of the grade
 FARTHER = 10.0  # times the reach of a curve: as far a change of the grade is looked for, by doubling
 STEP = 0.005  # of the logarithm, the shortest with which an orbit is followed
@@ -60,7 +67,7 @@ def curve(here: Settled, key: str, start: Any, turns: int, how: Plan) -> dict[st
         the sides, below and above, and the places before and after the first change of the grade, numbers as
         `END`; the latter NaN where it is not met.
     """
-    scene = Scene(here, key, start, turns, replace(how, transient=SETTLE, turns=SEEN))
+    scene = Scene(here, key, start, turns, how)
     where, name = ratios(key), f"forces over the {Parameter(here.mechanism, key).noun}"
     middle = len(where) // 2
     stands(0.0, name)
@@ -83,7 +90,7 @@ class Scene:
 
     def __init__(self, here: Settled, key: str, start: Any, turns: int, how: Plan):
         self.mechanism, self.key = here.mechanism, key
-        self.start, self.turns, self.how = start, turns, how
+        self.start, self.turns, self.how = start, turns, replace(how, **LATER)
         self.present = float(Parameter(self.mechanism, key).value)
         self.branch = Branch(self.mechanism, key, max(here.period, 1), how.max_steps)
         self.slow, self.ideal = here.radius > SLOW, {}
@@ -106,40 +113,55 @@ class Scene:
     def rows(self, where: np.ndarray) -> list[dict[str, Any]]:
         """What is known at values over the present one, which lie outward from it."""
         places = [self.at(ratio) for ratio in where]
-        there = [n for n, place in enumerate(places) if place is not None]
-        found = settle_together([(places[n], self.start) for n in there], self.how)
-        ideal = self._ideal([places[n] for n in there])
-        rows: list[dict[str, Any]] = [{"status": BAD} for _ in places]
-        for n, *pair in zip(there, found, ideal, strict=True):
-            rows[n] = self._row(float(where[n] * self.present), places[n], *pair)
-        return rows
+        known = zip(where * self.present, self._settled(places, self.start), self._ideal(places), strict=True)
+        return [self._row(float(value), *each) for value, *each in known]
 
-    def _ideal(self, places: list[Mechanism]) -> list[dict[str, float]]:
+    def _settled(self, places: Sequence[Mechanism | None], start: Any) -> list[dict[str, Any]]:
+        """Motions that mechanisms settle to from a start, as `settle`, each with the `model` at its end."""
+        found = [self._begun(place, start) for place in places]
+        for how in (replace(self.how, **SOON, tolerance=CLOSELY), self.how):
+            left = [each for each in found if not each["status"] and each["values"]["period"][1] != 1]
+            points = [(each["mechanism"], each["model"]) for each in left]
+            for each, answer in zip(left, settle_together(points, how), strict=True):
+                each.update(answer)
+                if not answer["status"]:
+                    each["model"] = moved(each["model"], answer["end"].state)
+        return found
+
+    def _begun(self, place: Mechanism | None, start: Any) -> dict[str, Any]:
+        """A mechanism and its model at a start, of whose motion nothing is known."""
+        try:
+            model = placed(place, start, self.how.section) if place else None
+        except InputError:
+            model = None
+        answer = {"mechanism": place, "model": model, "values": {"period": ((), 0)}}
+        return answer | {"status": 0 if model else BAD}
+
+    def _ideal(self, places: Sequence[Mechanism | None]) -> list[dict[str, float]]:
         """Largest forces of ideal joints by name; where only a clearance differs they are the same."""
-        ideals = [self.smooth or place.replace(clearance=0.0) for place in places]
+        ideals = [place and (self.smooth or place.replace(clearance=0.0)) for place in places]
         new = [each for each in dict.fromkeys(ideals) if each not in self.ideal]
-        settled = settle_together([(each, None) for each in new], self.how)
-        self.ideal |= {each: self._peaks(each, answer) for each, answer in zip(new, settled, strict=True)}
+        self.ideal |= {each["mechanism"]: self._peaks(each) for each in self._settled(new, None)}
         return [self.ideal[each] for each in ideals]
 
-    def _peaks(self, mechanism: Mechanism, answer: dict[str, Any]) -> dict[str, float]:
+    def _peaks(self, answer: dict[str, Any]) -> dict[str, float]:
         if answer["status"]:
             return {}
-        motion = Settled(mechanism, answer["end"], answer["values"])
-        found = forces(motion, REPEATED, self.how, PER_TURN, brief=True)
+        found = self._forces(_motion(answer), answer["model"], SMOOTH)
         return dict(zip(found["names"], map(float, found["peak"]), strict=True))
 
-    def _row(
-        self, value: float, mechanism: Mechanism, answer: dict[str, Any], ideal: dict[str, float]
-    ) -> dict[str, Any]:
+    def _forces(self, motion: Settled, model: Model | None, per_turn: int = PER_TURN) -> dict[str, Any]:
+        turns = REPEATED * motion.period or self.turns
+        return forces(motion, turns, self.how, per_turn, brief=True, model=model)
+
+    def _row(self, value: float, answer: dict[str, Any], ideal: dict[str, float]) -> dict[str, Any]:
         if answer["status"]:
             return {"status": answer["status"]}
-        motion = Settled(mechanism, answer["end"], answer["values"])
+        motion, model = _motion(answer), answer["model"]
         try:
-            if not motion.period and self.slow:
-                motion = self._on_orbit(value, motion) or motion
-            turns = REPEATED * motion.period or self.turns
-            found = forces(motion, turns, self.how, PER_TURN, brief=True)
+            if not motion.period and self.slow and (orbit := self._on_orbit(value, motion)):
+                motion, model = orbit, None
+            found = self._forces(motion, model)
         except Unsettled as error:
             return {"status": error.status}
         like = np.array([ideal.get(name, np.nan) for name in found["names"]])
@@ -193,6 +215,10 @@ class Scene:
 
     def _row_at(self, ratio: float) -> dict[str, Any]:
         return self.rows(np.array([ratio]))[0]
+
+
+def _motion(answer: dict[str, Any]) -> Settled:
+    return Settled(answer["mechanism"], answer["end"], answer["values"])
 
 
 def _end(ratio: float, row: dict[str, Any]) -> np.ndarray:

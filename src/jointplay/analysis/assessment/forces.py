@@ -46,11 +46,17 @@ PER_TURN = ("impact_loss", "friction_loss", "sliding_work")
 
 
 def forces(
-    motion: Settled, turns: int, how: Plan, per_turn: int = SAMPLES, brief: bool = False
+    motion: Settled,
+    turns: float,
+    how: Plan,
+    per_turn: int = SAMPLES,
+    brief: bool = False,
+    model: Model | None = None,
 ) -> dict[str, Any]:
     """Forces and losses over some turns of a settled motion; of a periodic orbit two of its periods suffice.
 
-    In `brief`, largest forces and impact speeds alone, without errors.
+    In `brief`, largest forces and impact speeds alone, without errors; then the turns need not be whole, and
+    the `model` may be given, assembled where the motion ends.
 
     Returns
     -------
@@ -66,11 +72,11 @@ def forces(
     """
     end = motion.end
     turns = min(turns, 2 * motion.period) if motion.orbit is not None else turns
-    watched = WORK if motion.mechanism.clearance_joints else ()
-    model = rules.model_for(motion.mechanism, {"crank_angle": end.crank_angle}, None, watched)
-    model = moved(model, end.state)
-    bounds = np.linspace(0.0, turns * float(motion.value("turn_period")), turns + 1)
-    times = np.linspace(0.0, bounds[-1], turns * per_turn + 1)
+    if model is None:
+        watched = WORK if motion.mechanism.clearance_joints else ()
+        model = rules.model_for(motion.mechanism, {"crank_angle": end.crank_angle}, None, watched)
+        model = moved(model, end.state)
+    times = np.linspace(0.0, turns * float(motion.value("turn_period")), round(turns * per_turn) + 1)
     rtol = min(how.rtol, ORBIT) if motion.orbit is not None else how.rtol
     limits = {"rtol": rtol, "max_steps": rules.steps(how.max_steps), "log_from": 0.0}
     records = follow(model, Request(times[-1], at=times, steps=True, events=True, rates=True, **limits))
@@ -85,7 +91,7 @@ def forces(
         answer["impact_speed"] = _impact_speeds(model, records)
     if brief:
         return answer
-    coarse = _history(model, rtol, records, [steps, samples[::2]], names)
+    coarse, bounds = _history(model, rtol, records, [steps, samples[::2]], names), times[::per_turn]
     answer["force"] = _shown(fine, times[-1 - per_turn :])
     answer["peak_error"] = _peak_error(largest, answer["peak"], fine, coarse, bounds[-1] / 2)
     if model.joints:
