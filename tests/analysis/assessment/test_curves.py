@@ -6,8 +6,10 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.assessment import curves
 from jointplay.analysis.assessment.settled import plan, present
+from jointplay.analysis.quantities import STATUS
 
 HOW = plan(40, 32, 60, 1e-7, None)
+BAD = STATUS.index("bad_parameters")
 KEY = "joints.B.clearance"
 LINKAGE = jp.catalog.slider_crank(clearance={"B": 1e-4})
 
@@ -61,6 +63,6 @@ def test_what_cannot_be_or_cannot_start_so_is_a_status(here):
     bad = curves.Scene(here, KEY, {"crank_speed": 1.0}, 20, HOW).rows(
         np.array([1.0])
     )  # another one is imposed
-    assert bad == [{"status": curves.BAD}]
+    assert bad == [{"status": BAD}]
     found = curves.Scene(here, KEY, None, 20, HOW).rows(np.array([1.0, -1.0]))
-    assert (found[0]["status"], found[1]) == (0, {"status": curves.BAD})
+    assert (found[0]["status"], found[1]) == (0, {"status": BAD})

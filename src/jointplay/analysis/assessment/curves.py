@@ -23,14 +23,13 @@ from jointplay.analysis.assessment.branch_walk import Branch, Walk
 from jointplay.analysis.assessment.forces import columns, forces
 from jointplay.analysis.assessment.grades import grade, largest
 from jointplay.analysis.assessment.settled import SLOW, Settled, Unsettled, approached, on_orbit
+from jointplay.analysis.cells import guarded
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.starts import moved, placed
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
-from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.parameters import Parameter
-from jointplay.solver.mechanism.records import Mechanism
-from jointplay.solver.method.codes import Status
+from jointplay.solver.mechanism.records import Mechanism, Section
 from jointplay.solver.motion.progress import stands
 
 VALUES = 49  # the present one in the middle
@@ -46,7 +45,6 @@ FARTHER = 10.0  # times the reach of a curve: as far a change of the grade is lo
 STEP = 0.005  # of the logarithm, the shortest with which an orbit is followed
 END = ("ratio", "grade", "force", "force_ratio", "impact_speed")  # of a place: the last three are the largest
 Spot = tuple[float, dict[str, Any]]  # a ratio, and what is known there
-BAD = int(Status.BAD_PARAMETERS)
 
 
 def ratios(key: str) -> np.ndarray:
@@ -103,22 +101,16 @@ class Scene:
         """Begin at the present value again."""
         self.places = self.first and [self.first]
 
-    def at(self, ratio: float) -> Mechanism | None:
-        """The mechanism at a value over the present one; None where it cannot have that."""
-        try:
-            return self.mechanism.varied({self.key: float(ratio * self.present)})
-        except InputError:
-            return None
-
     def rows(self, where: np.ndarray) -> list[dict[str, Any]]:
         """What is known at values over the present one, which lie outward from it."""
-        places = [self.at(ratio) for ratio in where]
-        known = zip(where * self.present, self._settled(places, self.start), self._ideal(places), strict=True)
-        return [self._row(float(value), *each) for value, *each in known]
+        values = [float(value) for value in where * self.present]
+        found = self._settled(self.start, [(self.mechanism, {self.key: value}) for value in values])
+        return [self._row(*each) for each in zip(values, found, self._ideal(found), strict=True)]
 
-    def _settled(self, places: Sequence[Mechanism | None], start: Any) -> list[dict[str, Any]]:
-        """Motions that mechanisms settle to from a start, as `settle`, each with the `model` at its end."""
-        found = [self._begun(place, start) for place in places]
+    def _settled(self, start: Any, changed: Sequence[tuple[Mechanism, Any]]) -> list[dict[str, Any]]:
+        """Motions from a start of mechanisms with changes, as `settle`, each with the `model` at its end."""
+        given = {"start": start, "section": self.how.section}
+        found = [guarded(_begun, given | {"mechanism": each, "changes": other}) for each, other in changed]
         for how in (replace(self.how, **SOON, tolerance=CLOSELY), self.how):
             left = [each for each in found if not each["status"] and each["values"]["period"][1] != 1]
             points = [(each["mechanism"], each["model"]) for each in left]
@@ -128,21 +120,14 @@ class Scene:
                     each["model"] = moved(each["model"], answer["end"].state)
         return found
 
-    def _begun(self, place: Mechanism | None, start: Any) -> dict[str, Any]:
-        """A mechanism and its model at a start, of whose motion nothing is known."""
-        try:
-            model = placed(place, start, self.how.section) if place else None
-        except InputError:
-            model = None
-        answer = {"mechanism": place, "model": model, "values": {"period": ((), 0)}}
-        return answer | {"status": 0 if model else BAD}
-
-    def _ideal(self, places: Sequence[Mechanism | None]) -> list[dict[str, float]]:
+    def _ideal(self, found: Sequence[dict[str, Any]]) -> list[dict[str, float]]:
         """Largest forces of ideal joints by name; where only a clearance differs they are the same."""
-        ideals = [place and (self.smooth or place.replace(clearance=0.0)) for place in places]
-        new = [each for each in dict.fromkeys(ideals) if each not in self.ideal]
-        self.ideal |= {each["mechanism"]: self._peaks(each) for each in self._settled(new, None)}
-        return [self.ideal[each] for each in ideals]
+        settled = [each["mechanism"] for each in found if not each["status"]]
+        ideals = {each: self.smooth or each.replace(clearance=0.0) for each in settled}
+        new = [each for each in dict.fromkeys(ideals.values()) if each not in self.ideal]
+        answers = self._settled(None, [(each, {}) for each in new])
+        self.ideal |= {each: self._peaks(answer) for each, answer in zip(new, answers, strict=True)}
+        return [self.ideal.get(ideals.get(each.get("mechanism")), {}) for each in found]
 
     def _peaks(self, answer: dict[str, Any]) -> dict[str, float]:
         if answer["status"]:
@@ -215,6 +200,13 @@ class Scene:
 
     def _row_at(self, ratio: float) -> dict[str, Any]:
         return self.rows(np.array([ratio]))[0]
+
+
+def _begun(mechanism: Mechanism, changes: Any, start: Any, section: Section) -> dict[str, Any]:
+    """A mechanism with changes, and its model at a start, of whose motion nothing is known."""
+    place = mechanism.varied(changes)
+    model = placed(place, start, section)
+    return {"status": 0, "mechanism": place, "model": model, "values": {"period": ((), 0)}}
 
 
 def _motion(answer: dict[str, Any]) -> Settled:

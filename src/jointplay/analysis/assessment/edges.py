@@ -62,10 +62,7 @@ NOT_MET = (math.nan,) * 5 + (HOW.index("not_met"),)
 PROBES = 4  # distances, at least, over the share that a change has to last
 CHAOTIC = 5  # steps at once where the present motion is chaotic; its edges are enclosed to half a step
 BEYOND = 40  # motions beyond the end of the orbit, at most
-SURE = (
-    "period_doubling",
-    "neimark_sacker",
-)  # ends of an orbit beyond which there is none of its period nearby
+SURE = ("period_doubling", "neimark_sacker")  # ends of an orbit behind which none of its period is near
 ENDED = "ended"  # an orbit that is not found farther on, which says nothing of what follows
 BRANCHES = 12  # orbits of one period that are followed, one after another
 

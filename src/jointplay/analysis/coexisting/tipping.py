@@ -131,9 +131,7 @@ OUTPUTS = Outputs(
         "section_state": Out(("number", "point", "state"), "states at the section (SI)"),
         "within": Out("within", "turns"),
         "knock_size": Out(
-            DIMS,
-            "smallest knock that tips; see knock_units",
-            about="NaN: none up to the largest tips",
+            DIMS, "smallest knock that tips; see knock_units", about="NaN: none up to the largest tips"
         ),
         "knock_safe": Out(DIMS, "largest knock there up to which each one tried returns; see knock_units"),
         "knock_point": Out(DIMS, "section point of the motion, from 0"),

@@ -42,13 +42,7 @@ from jointplay.analysis.orbits.branch_dataset import (
 from jointplay.analysis.orbits.branch_points import Special
 from jointplay.analysis.orbits.continuation import STEP, Explorer
 from jointplay.analysis.orbits.family import Family, Point
-from jointplay.analysis.orbits.orbit_request import (
-    Range,
-    Tolerance,
-    branch_fits,
-    section_fits,
-    started,
-)
+from jointplay.analysis.orbits.orbit_request import Range, Tolerance, branch_fits, section_fits, started
 from jointplay.analysis.orbits.orbit_search import Search, at_phase, lost, search
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL
 from jointplay.analysis.orbits.section_map import FAILED, SectionMap, section_map

@@ -208,10 +208,7 @@ def framed(
 
 
 def follow(
-    bundle: Bundle,
-    begin: float,
-    error: float | None = None,
-    progress: Callable[[float], None] | None = None,
+    bundle: Bundle, begin: float, error: float | None = None, progress: Callable[[float], None] | None = None
 ) -> tuple[np.ndarray, dict[str, Any]]:
     """Follow the transient, then blocks until the end, the target error or a failure: rows, and the end."""
     began, status, end = time.perf_counter(), OK, bundle.request.duration

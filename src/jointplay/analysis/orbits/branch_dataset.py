@@ -130,11 +130,7 @@ def _step(point: Point, before: dict[str, Any] | None) -> float:
 
 
 def values_of(
-    branches: Sequence[Branch],
-    family: Family,
-    axis: Axis,
-    passages: Passages,
-    names: Sequence[str],
+    branches: Sequence[Branch], family: Family, axis: Axis, passages: Passages, names: Sequence[str]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Values of branches, and the variables whose names are those of the parameter and of quantities."""
     table = [_rows(branch, passages, names) for branch in branches]

@@ -28,10 +28,7 @@ from jointplay.solver.mechanism.signature import checked
 Parts = tuple[tuple[str, ...], np.ndarray, dict[str, Any]]
 OWN = "cell_"
 ENDED = Out((), "how the sweep ended", flags=STATUS)
-OF_CELL = {
-    "cell_status": Out((), "how the cell ended", flags=STATUS),
-    "trouble": Out((), "what went wrong"),
-}
+OF_CELL = {"cell_status": Out((), "how the cell ended", flags=STATUS), "trouble": Out((), "what went wrong")}
 
 
 class Grid(Protocol):
