@@ -48,7 +48,7 @@ def test_what_is_written_is_there_with_its_status(journal):
 
 
 def test_workers_say_how_far_their_cells_are_and_where(journal):
-    with journal.held(), Notes(journal.folder) as notes:
+    with journal.held(), Notes(journal.folder, marks=journal.folder) as notes:
         assert list(journal.places()) == []
         notes.begin("a" * 32)
         assert list(journal.places()) == [(0.0, "")]

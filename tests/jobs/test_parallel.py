@@ -9,8 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from jointplay.analysis.cells import handed_out
 from jointplay.jobs import parallel
 from jointplay.jobs.parallel import BrokenProcessPool, side_by_side
+from jointplay.solver.motion.progress import heard, stands
 
 SENDER = """
 import os, time
@@ -102,3 +104,37 @@ def test_somebody_looks_while_workers_are_busy():
         side_by_side([partial(time.sleep, 1000)], print, 1, "threading", look)
     assert len(looks) == 3
     assert parallel.LOOK <= 0.25  # s: what waits for a look is to be prompt
+
+
+def begun(share, go):
+    """A cell of which so much is soon done, and that ends when a file is there."""
+    stands(share, "half way")
+    end = time.monotonic() + 30.0
+    while not go.exists() and time.monotonic() < end:
+        time.sleep(0.01)
+    return {"status": 0 if go.exists() else 1}
+
+
+@pytest.mark.parametrize("n_jobs", [1, 2])
+def test_what_is_done_of_cells_that_are_not_finished_is_part_of_the_progress(n_jobs, tmp_path):
+    told, go = [], tmp_path / "go"
+
+    def progress(done):
+        told.append(done)
+        if done == pytest.approx([0.125, 0.375][n_jobs - 1], abs=1e-4):
+            go.touch()
+
+    answers = handed_out(begun, [{"share": share, "go": go} for share in (0.25, 0.5)], progress, n_jobs)
+    assert [each["status"] for each in answers] == [0, 0]
+    assert told[-1] == 1.0
+    if n_jobs == 1:
+        assert told == [0.125, 0.5, 0.75, 1.0]
+
+
+def test_where_nobody_asks_how_far_it_is_nothing_is_noted(tmp_path, monkeypatch):
+    """What an analysis inside a cell says of where it stands is for the cell's own listener then."""
+    places, go = [], tmp_path / "go"
+    go.touch()
+    with heard(lambda done, place: places.append((done, place))):
+        handed_out(begun, [{"share": 0.25, "go": go}], None, 1)
+    assert places == [(0.25, "half way")]

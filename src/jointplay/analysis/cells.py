@@ -9,20 +9,23 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import partial
+from tempfile import TemporaryDirectory
 from typing import Any, ClassVar, TypeVar
 
 from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.display.errors import InputError
 from jointplay.jobs.job import CRASHED, Entry, Job, Kept, Notes, key_of
+from jointplay.jobs.journal import Journal
 from jointplay.jobs.worker import in_tasks
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import Status
 from jointplay.solver.motion.batching import batch
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
-from jointplay.solver.motion.progress import from_progress, tick
+from jointplay.solver.motion.progress import from_progress, heard, tick
 from jointplay.solver.motion.trajectory import Request, follow
 
 T = TypeVar("T")
@@ -223,15 +226,24 @@ def growing(analysis: F) -> F:
 
 def in_memory(n_jobs: int | None, work: Work) -> Read:
     """Do work with `n_jobs` processes, `JOBS` if None, and keep the answers in memory."""
-    total, tell = sum(len(job.keys) for job in work.jobs), work.progress or (lambda _: None)
-    kept = Kept(lambda answers: tell(len(answers) / total))
+    total, told = sum(len(job.keys) for job in work.jobs), work.progress or (lambda _: None)
+
+    def tell(begun: float = 0.0) -> None:
+        """Report the finished cells, and as a part of one what is done of those that are not."""
+        told(min(1.0, (len(kept.answers) + begun) / total))
+
+    kept = Kept(lambda _: tell())
     workers = min(JOBS if n_jobs is None else n_jobs, len(work.jobs))
-    if workers > 1:
-        work.warm()
-        in_tasks(work.jobs, workers, take=lambda done: kept.add(done.answers), tick=tick)
-    else:
-        for job in work.jobs:
-            job.run(kept)
+    if workers <= 1:
+        with heard(lambda done, _: tell(done)) if work.progress else nullcontext():
+            for job in work.jobs:
+                job.run(kept)
+        return kept.answers.items
+    work.warm()
+    with TemporaryDirectory(ignore_cleanup_errors=True) as marks:
+        places, take = Journal(marks).places, lambda done: kept.add(done.answers)
+        look = lambda: (tick(), tell(sum(done for done, _ in places())))  # noqa: E731
+        in_tasks(work.jobs, workers, take=take, tick=look, marks=marks)
     return kept.answers.items
 
 

@@ -42,12 +42,15 @@ class Task:
         Seconds after which answers travel back, though cells are left.
     code : str, optional
         Digest of the code that is to compute them, as `origin.code` gives it.
+    marks : str, optional
+        Folder in which it is noted at which cell a worker is.
     """
 
     jobs: Sequence[Job]
     folder: str | None
     limit: float | None = None
     code: str | None = None
+    marks: str | None = None
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,7 @@ def work(task: Task) -> Done:
     if task.code not in (None, code()):
         raise RuntimeError(f"its code is {code()}, and {task.code} is needed")
     began = time.perf_counter()
-    with Notes(task.folder, task.limit) as notes, suppress(_TimeIsUp):
+    with Notes(task.folder, task.limit, task.marks) as notes, suppress(_TimeIsUp):
         for job in task.jobs:
             job.run(notes)
     answers = notes.answers if task.folder is None else {}
@@ -79,13 +82,13 @@ class _TimeIsUp(Exception):
 class Notes:
     """Writes down at which cell a worker is, and the answers of finished cells."""
 
-    def __init__(self, folder: str | None, limit: float | None = None) -> None:
+    def __init__(self, folder: str | None, limit: float | None = None, marks: str | None = None) -> None:
         self.folder = None if folder is None else Path(folder)
         self.end = math.inf if limit is None else time.monotonic() + limit
         self.late = False
         self.answers: dict[str, Entry] = {}
         self.written = time.monotonic()
-        self.mark = self.folder and self.folder / f"{os.getpid()}-{uuid.uuid4().hex[:8]}.at"
+        self.mark = Path(marks) / f"{os.getpid()}-{uuid.uuid4().hex[:8]}.at" if marks else None
         self.file = self.mark and self.mark.open("wb", buffering=0)  # once: to open one takes 0.2 ms
         self.key, self.held = "", ExitStack()
 
@@ -149,6 +152,7 @@ def in_tasks(
     folder: str | None = None,
     take: Callable[[Done], None] = lambda _: None,
     tick: Callable[[], None] = lambda: None,
+    marks: str | None = None,
 ) -> None:
     """Run jobs in tasks on this machine.
 
@@ -162,13 +166,15 @@ def in_tasks(
         The journal's; else answers travel back.
     take : callable
         Called with the result of each task.
+    marks : str, optional
+        As in `Task`; the journal's if left out.
     """
     pace, left = Pace(), deque(jobs)
 
     def tasks() -> Iterator[Callable[[], Done]]:
         while left:
             batch = [left.popleft() for _ in range(pace.size(len(left), workers))]
-            yield partial(work, Task(batch, folder))
+            yield partial(work, Task(batch, folder, marks=marks or folder))
 
     def took(done: Done) -> None:
         pace.learn(done)

@@ -316,11 +316,8 @@ def _motion(dataset: Dataset) -> str:
         size = f"largest exponent of the section map {signed(value, error)} per turn"
         return f"{turning}; the motion is {what}, {size}"
     lost = {"yes": "contact is lost in each", "no": "contact is never lost"}
-    return f"{turning}; the motion repeats every {_turns(period)}, {lost[_present(dataset)['contact_loss']]}"
-
-
-def _turns(period: float) -> str:
-    return "turn" if period == 1 else f"{int(period)} turns"
+    every = "turn" if period == 1 else f"{int(period)} turns"
+    return f"{turning}; the motion repeats every {every}, {lost[_present(dataset)['contact_loss']]}"
 
 
 def _present(dataset: Dataset) -> dict[str, str]:

@@ -111,13 +111,9 @@ def _starts(here: Given, base: Model, before: Model, source: Mapping[str, Any]) 
 
 def _start(here: Given, end: End) -> Model | None:
     try:
-        return placed(here, end, _section(here))
+        return placed(here, end, None if section_of(here) is None else CrankAngle())
     except InputError:
         return None
-
-
-def _section(here: Given) -> CrankAngle | None:
-    return None if section_of(here) is None else CrankAngle()
 
 
 def section_at(mechanism: Given, initial: Any) -> CrankAngle | None:

@@ -164,7 +164,8 @@ def _described(model: Model, plan: Plan, records: Records) -> dict[str, Any]:
     whole, crank, turns = counted(model, plan.section), crank_place(model), plan.turns
     if crank is not None:
         turns = round(abs(last[1 + crank] - model.state[crank]) / math.tau, 9)
-    bounds = np.concatenate([[0.0], rows[:, 0]]) if whole else _evenly(last[0], turns)
+    evenly = last[0] - last[0] / turns * np.arange(math.floor(turns + 1e-9), -1, -1)  # back from the end
+    bounds = np.concatenate([[0.0], rows[:, 0]]) if whole else evenly
     repeats = _period(model, records, plan.spread)
     values = {"period": ((), repeats), "turn_period": ((), last[0] / turns)}
     if model.joints or model.resets:
@@ -181,11 +182,6 @@ def _described(model: Model, plan: Plan, records: Records) -> dict[str, Any]:
         "points": points.variables(plan.record, "point"),
         "values": values | {"followed": ((), np.int8(records.route))},
     }
-
-
-def _evenly(end: float, turns: float) -> np.ndarray:
-    """Times a mean turn apart, back from the end."""
-    return end - end / turns * np.arange(math.floor(turns + 1e-9), -1, -1)
 
 
 def _contacts(model: Model, records: Records, last: np.ndarray, turns: float) -> dict[str, Any]:

@@ -43,7 +43,8 @@ def places(chosen: np.ndarray, axes: Sequence[DataArray]) -> str:
     if not chosen.any():
         return ""
     if len(axes) > 1:
-        spans = (_span(axis, np.any(chosen, axis=_others(chosen, i))) for i, axis in enumerate(axes))
+        along = (np.moveaxis(chosen, i, 0).reshape(len(axis), -1) for i, axis in enumerate(axes))
+        spans = map(_span, axes, (each.any(axis=1) for each in along))
         return f" ({', '.join(spans)})"
     edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(int), [0]])))
     runs = list(zip(edges[::2], edges[1::2] - 1, strict=True))
@@ -51,10 +52,6 @@ def places(chosen: np.ndarray, axes: Sequence[DataArray]) -> str:
         return f" in {len(runs)} stretches of {_span(axes[0], chosen)}"
     values, units = axes[0].values, str(axes[0].attrs.get("units", "1"))
     return f" ({axes[0].name} {', '.join(_between(values[a], values[b], units) for a, b in runs)})"
-
-
-def _others(chosen: np.ndarray, axis: int) -> tuple[int, ...]:
-    return tuple(i for i in range(chosen.ndim) if i != axis)
 
 
 def _span(axis: DataArray, chosen: np.ndarray) -> str:

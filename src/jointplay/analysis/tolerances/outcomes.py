@@ -144,11 +144,6 @@ def _settled(points: Sequence[tuple[Any, Any]], plan: Plan) -> list[dict[str, An
     return [guarded(settle, {"mechanism": m, "start": start, "plan": plan}) for m, start in points]
 
 
-def _open(motion: Settled) -> bool:
-    """Whether a motion has neither a period, which was looked for, nor chaos."""
-    return int(motion.value("period")) == 0 and not motion.traits["chaos"]
-
-
 def _answer(found: Mapping[str, Any], made: Mapping[str, Any], asked: Asked) -> dict[str, Any]:
     """Outcome of each event and value of each quantity of a sample."""
     none = {"event": [FAILED] * len(asked.events), "quantity": [np.nan] * len(asked.quantities)}
@@ -157,7 +152,7 @@ def _answer(found: Mapping[str, Any], made: Mapping[str, Any], asked: Asked) -> 
     mechanism, start = made["point"]
     motion = Settled(mechanism, found["end"], found["values"])
     period = {"status": 0, "period": int(motion.value("period"))}
-    if _open(motion):
+    if period["period"] == 0 and not motion.traits["chaos"]:  # what was looked for was not found
         return none | period | {"event": [UNDECIDED] * len(asked.events), "end": motion.end}
     try:
         if not asked.plan.transient:  # what is looked at begins with the start

@@ -14,7 +14,7 @@ from jointplay.figures.registry import picture
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from xarray import DataArray, Dataset
+    from xarray import Dataset
 
 SHADES = {
     "quiet": "#eef5ea",
@@ -137,7 +137,8 @@ def _over(ax: Axes, one: Dataset, values: np.ndarray) -> None:
         ax.axvspan(low, high, color=SHADES[str(grade)], linewidth=0, zorder=-1)
     ax.axvline(present, color=style.GREY, linewidth=1.2, linestyle="-", zorder=0)
     for name, (colour, line, _) in MARKS.items():
-        for ratio in _edges(one["edge_ratio"].sel(change=name)):
+        edges = one["edge_ratio"].sel(change=name).values
+        for ratio in edges[np.isfinite(edges)]:
             ax.axvline(ratio * present, color=colour, linewidth=0.9, linestyle=line, zorder=1)
     if present > 0:
         ax.set_xscale("log")
@@ -146,10 +147,6 @@ def _over(ax: Axes, one: Dataset, values: np.ndarray) -> None:
         ax.xaxis.set_minor_locator(NullLocator())
     label = artists.with_unit(artists.capital(str(one["parameter_name"].values)), symbol)
     ax.set(xlim=tuple(sorted((values[0], values[-1]))), xlabel=label)
-
-
-def _edges(ratios: DataArray) -> np.ndarray:
-    return ratios.values[np.isfinite(ratios.values)]
 
 
 def turn_panel(ax: Axes, dataset: Dataset, joint: str) -> None:

@@ -91,7 +91,8 @@ def _fill(file: netCDF4.Dataset, dataset: xr.Dataset, compress: bool, pressed: C
         encoded = encode_cf_variable(given, name=name)
         values, attrs = encoded.values, dict(encoded.attrs)
         texts = values.dtype.kind in "OU"
-        packed = {"zlib": True, "complevel": 4, "shuffle": True} if compress and _large(given) else {}
+        large = given.dtype.kind in "fiu" and given.size >= COMPRESS_FROM
+        packed = {"zlib": True, "complevel": 4, "shuffle": True} if compress and large else {}
         place = file.createVariable(
             name,
             str if texts else values.dtype,
@@ -267,7 +268,3 @@ def _missing(variable: xr.Variable, is_coordinate: bool) -> dict:
         return {}
     has_fill = variable.dtype.kind == "f" and not is_coordinate
     return {"_FillValue": variable.dtype.type(np.nan) if has_fill else None}
-
-
-def _large(variable: xr.Variable) -> bool:
-    return variable.dtype.kind in "fiu" and variable.size >= COMPRESS_FROM
