@@ -52,8 +52,8 @@ BUDGET = 90.0  # s
 LEAST, MOST = 1.0, 24  # s that a cell has at least, and how often it may go on
 NOT_RUN = STATUS.index("not_run")
 SHARES = {  # of the work, about, that is done before and after each round: of a motion that
-    "keeps contact": (0.0, 0.12, 0.2, 0.45, 1.0),
-    "loses contact": (0.0, 0.03, 0.05, 0.2, 1.0),
+    "keeps contact": (0.0, 0.07, 0.13, 0.35, 1.0),
+    "loses contact": (0.0, 0.02, 0.04, 0.14, 1.0),
     "settles slowly": (0.0, 0.03, 0.04, 0.9, 1.0),
 }
 HOUR = 3600.0
