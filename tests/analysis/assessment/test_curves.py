@@ -1,5 +1,7 @@
 """Largest forces over a parameter: of motions that have settled, soon or later, as direct runs have them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -59,10 +61,12 @@ def test_forces_along_a_curve_are_those_of_a_settled_motion_run_directly(here, k
         np.testing.assert_allclose(row["ideal"], [by_name[name] for name in row["names"]], rtol=1e-6)
 
 
-def test_what_cannot_be_or_cannot_start_so_is_a_status(here):
+def test_what_cannot_be_or_start_so_or_is_not_followed_is_a_status(here):
     bad = curves.Scene(here, KEY, {"crank_speed": 1.0}, 20, HOW).rows(
         np.array([1.0])
     )  # another one is imposed
     assert bad == [{"status": BAD}]
+    ended = curves.Scene(here, KEY, None, 20, replace(HOW, max_steps=5)).rows(np.array([1.0]))
+    assert ended == [{"status": STATUS.index("step_limit")}]
     found = curves.Scene(here, KEY, None, 20, HOW).rows(np.array([1.0, -1.0]))
     assert (found[0]["status"], found[1]) == (0, {"status": BAD})

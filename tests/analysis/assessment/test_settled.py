@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from jointplay.analysis.assessment import branch_walk
 from jointplay.analysis.assessment import edges as edges_module
 from jointplay.analysis.assessment import settled as settled_module
 from jointplay.analysis.assessment.assess import assembled, assessed
@@ -433,3 +434,36 @@ def test_an_orbit_off_the_line_is_of_the_branch_if_newtons_first_step_leads_ther
     walk.step = 0.1
     assert (walk.beside(4.0, walk.places[-1]) is not None) == found
     assert asked == tried
+
+
+@pytest.mark.parametrize(
+    ("radii", "contraction", "phase", "asked"),
+    [
+        ((0.1, 0.2), np.nan, 0.0, [(1.1, True)]),
+        ((0.2, 0.1), 0.01, 0.0, [(1.1, True)]),
+        ((0.1, 0.2), 0.5, 0.0, [(1.1, True), (1.1, False)]),  # Newton's method hesitates
+        ((0.1, 0.8), np.nan, 0.0, [(1.1, False)]),  # what is not strongly stable is always looked at
+        ((0.1, 0.2), np.nan, 1.0, [(1.0, True)]),  # the other one is on another section
+    ],
+)
+def test_between_two_places_an_orbit_is_sought_half_way(monkeypatch, radii, contraction, phase, asked):
+    tried = []
+
+    def place(value, state, radius, phase=0.0):
+        section = Squared()
+        section.phase = phase
+        orbit = Orbit(0, section, np.array([state]), None, 0.0, 1, contraction)
+        return Place(value, orbit, np.array([radius]), 0.0)
+
+    def at(branch, value, like, guess, sharp, unseen=0.0):
+        tried.append((pytest.approx(guess[0]), unseen > 0))
+        return place(value, guess[0], max(radii))
+
+    monkeypatch.setattr(Branch, "at", at)
+    monkeypatch.setattr(branch_walk, "ENCLOSED", 0.5)
+    places = [place(1.0, 1.0, radii[0]), place(2.0, 1.2, radii[1], phase)]
+    mechanism = jp.catalog.slider_crank(clearance={"B": 1e-4})
+    walk = Walk(Branch(mechanism, "joints.B.clearance", 1), places, 1, 1.0, 0.1)
+    inner, outer = walk.enclosed(lambda place: place.value > 1.2)
+    assert (inner.value, outer.value) == (1.0, pytest.approx(np.sqrt(2)))
+    assert tried == asked

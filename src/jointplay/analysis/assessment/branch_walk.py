@@ -94,6 +94,11 @@ class Place:
         """Whether all multipliers lie within the unit circle."""
         return self.radius < 1
 
+    @property
+    def sure(self) -> bool:
+        """Whether Newton's method came so straight to an orbit so stable that its last step need no look."""
+        return self.radius < STRONG and not self.orbit.contraction > NEARBY
+
     def at_start(self) -> np.ndarray:
         """The orbit's state at crank angle 0."""
         return at_phase(self.orbit, 0.0)[0]
@@ -261,50 +266,46 @@ class Walk:
     def beside(self, value: float, last: Place) -> Place | None:
         """The orbit of the branch at a value, found from the last two; None if it is not near there."""
         section = last.orbit.map
-        guess, moved = self.expected(value, last)
-        rough = last.radius < STRONG
+        guess, moved = expected(value, last, self.places[-2] if len(self.places) > 1 else None)
+        rough, links, joints = last.radius < STRONG, self.branch.mechanism.links, self.branch.mechanism.joints
+        turned = max(joint.clearance for joint in joints) / max(link.length for link in links)  # rad
         for unseen in (UNSEEN, 0.0) if rough else (0.0,):
             found = self.branch.at(value, section, guess, not rough, unseen)
             if found is None or found.orbit.map.phase != section.phase:
                 return found
             astray = np.linalg.norm(_positions(section, section.differ(found.orbit.state, guess)))
             quiet = rough and last.margin > 0 and found.margin > 0
-            allowed = max(ASTRAY * moved, ALIKE * self.angle)
+            allowed = max(ASTRAY * moved, ALIKE * turned)
             near = quiet or found.orbit.contraction < NEARBY or astray <= allowed
-            sure = near and found.radius < STRONG and not found.orbit.contraction > NEARBY
-            if sure if unseen else (near or self.step <= SHORTEST):
+            if near and found.sure if unseen else (near or self.step <= SHORTEST):
                 return found
         return None
-
-    @cached_property
-    def angle(self) -> float:
-        """Angle that the largest clearance makes on the longest link, rad."""
-        mechanism = self.branch.mechanism
-        longest = max(link.length for link in mechanism.links)
-        return max(joint.clearance for joint in mechanism.joints) / longest
-
-    def expected(self, value: float, last: Place) -> tuple[np.ndarray, float]:
-        """State on a line through the last two places, and how far that is from the last, rad or m."""
-        state, section = last.orbit.state, last.orbit.map
-        if len(self.places) < 2 or self.places[-2].orbit.map.phase != section.phase:
-            return state, math.inf
-        before = self.places[-2]
-        share = abs(math.log(value / last.value)) / abs(math.log(last.value / before.value))
-        change = share * section.differ(state, before.orbit.state)
-        moved = float(np.linalg.norm(_positions(section, change)))
-        return section.state(section.unknowns(state) + change), moved
 
     def enclosed(self, test: Callable[[Place], bool]) -> tuple[Place, Place]:
         """Two places close together, between the last two: the test holds of the second one only."""
         inner, outer = self.places[-2:]
         while abs(outer.value / inner.value - 1) > ENCLOSED:
             value = self.value((self.distance(inner.value) + self.distance(outer.value)) / 2)
-            near = min((inner, outer), key=lambda place: place.radius)
-            middle = self.branch.at(value, near.orbit.map, near.orbit.state, near.radius > STRONG)
+            near, far = sorted((inner, outer), key=lambda place: place.radius)
+            guess, rough = expected(value, near, far)[0], far.radius < STRONG
+            middle = self.branch.at(value, near.orbit.map, guess, False, UNSEEN) if rough else None
+            if middle is None or not middle.sure:
+                middle = self.branch.at(value, near.orbit.map, guess, near.radius > STRONG)
             if middle is None:
                 break
             inner, outer = (inner, middle) if test(middle) else (middle, outer)
         return inner, outer
+
+
+def expected(value: float, last: Place, other: Place | None) -> tuple[np.ndarray, float]:
+    """State at a value on a line through two places, and how far that is from the last, rad or m."""
+    state, section = last.orbit.state, last.orbit.map
+    if other is None or other.orbit.map.phase != section.phase:
+        return state, math.inf
+    share = math.log(value / last.value) / math.log(last.value / other.value)
+    change = share * section.differ(state, other.orbit.state)
+    moved = float(np.linalg.norm(_positions(section, change)))
+    return section.state(section.unknowns(state) + change), moved
 
 
 def _positions(section: SectionMap, unknowns: np.ndarray) -> np.ndarray:

@@ -108,15 +108,17 @@ class Scene:
         return [self._row(*each) for each in zip(values, found, self._ideal(found), strict=True)]
 
     def _settled(self, start: Any, changed: Sequence[tuple[Mechanism, Any]]) -> list[dict[str, Any]]:
-        """Motions from a start of mechanisms with changes, as `settle`, each with the `model` at its end."""
+        """Motions from a start of mechanisms with changes, each with its status and the model at its end."""
         given = {"start": start, "section": self.how.section}
         found = [guarded(_begun, given | {"mechanism": each, "changes": other}) for each, other in changed]
         for how in (replace(self.how, **SOON, tolerance=CLOSELY), self.how):
-            left = [each for each in found if not each["status"] and each["values"]["period"][1] != 1]
+            ready = [each for each in found if each["status"] == 0]
+            left = [each for each in ready if each["motion"] is None or each["motion"].period != 1]
             points = [(each["mechanism"], each["model"]) for each in left]
             for each, answer in zip(left, settle_together(points, how), strict=True):
-                each.update(answer)
+                each["status"] = answer["status"]
                 if not answer["status"]:
+                    each["motion"] = Settled(each["mechanism"], answer["end"], answer["values"])
                     each["model"] = moved(each["model"], answer["end"].state)
         return found
 
@@ -132,7 +134,7 @@ class Scene:
     def _peaks(self, answer: dict[str, Any]) -> dict[str, float]:
         if answer["status"]:
             return {}
-        found = self._forces(_motion(answer), answer["model"], SMOOTH)
+        found = self._forces(answer["motion"], answer["model"], SMOOTH)
         return dict(zip(found["names"], map(float, found["peak"]), strict=True))
 
     def _forces(self, motion: Settled, model: Model | None, per_turn: int = PER_TURN) -> dict[str, Any]:
@@ -142,7 +144,7 @@ class Scene:
     def _row(self, value: float, answer: dict[str, Any], ideal: dict[str, float]) -> dict[str, Any]:
         if answer["status"]:
             return {"status": answer["status"]}
-        motion, model = _motion(answer), answer["model"]
+        motion, model = answer["motion"], answer["model"]
         try:
             if not motion.period and self.slow and (orbit := self._on_orbit(value, motion)):
                 motion, model = orbit, None
@@ -205,12 +207,7 @@ class Scene:
 def _begun(mechanism: Mechanism, changes: Any, start: Any, section: Section) -> dict[str, Any]:
     """A mechanism with changes, and its model at a start, of whose motion nothing is known."""
     place = mechanism.varied(changes)
-    model = placed(place, start, section)
-    return {"status": 0, "mechanism": place, "model": model, "values": {"period": ((), 0)}}
-
-
-def _motion(answer: dict[str, Any]) -> Settled:
-    return Settled(answer["mechanism"], answer["end"], answer["values"])
+    return {"status": 0, "mechanism": place, "model": placed(place, start, section), "motion": None}
 
 
 def _end(ratio: float, row: dict[str, Any]) -> np.ndarray:
