@@ -241,9 +241,12 @@ def in_memory(n_jobs: int | None, work: Work) -> Read:
         return kept.answers.items
     work.warm()
     with TemporaryDirectory(ignore_cleanup_errors=True) as marks:
-        places, take = Journal(marks).places, lambda done: kept.add(done.answers)
-        look = lambda: (tick(), tell(sum(done for done, _ in places())))  # noqa: E731
-        in_tasks(work.jobs, workers, take=take, tick=look, marks=marks)
+
+        def look() -> None:
+            tick()
+            tell(sum(done for done, _ in Journal(marks).places()))
+
+        in_tasks(work.jobs, workers, take=lambda done: kept.add(done.answers), tick=look, marks=marks)
     return kept.answers.items
 
 
