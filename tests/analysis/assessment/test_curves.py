@@ -10,6 +10,7 @@ from jointplay.analysis.assessment import curves
 from jointplay.analysis.assessment.settled import plan, present
 from jointplay.analysis.quantities import STATUS
 
+pytestmark = pytest.mark.long  # the first one compiles for six seconds
 HOW = plan(40, 32, 60, 1e-7, None)
 BAD = STATUS.index("bad_parameters")
 KEY = "joints.B.clearance"
