@@ -131,8 +131,8 @@ def test_what_is_done_of_cells_that_are_not_finished_is_part_of_the_progress(n_j
         assert told == [0.125, 0.5, 0.75, 1.0]
 
 
-def test_where_nobody_asks_how_far_it_is_nothing_is_noted(tmp_path, monkeypatch):
-    """What an analysis inside a cell says of where it stands is for the cell's own listener then."""
+def test_where_nobody_asks_how_far_it_is_a_listener_farther_out_hears_it(tmp_path):
+    """That of the cell in which an analysis has cells of its own."""
     places, go = [], tmp_path / "go"
     go.touch()
     with heard(lambda done, place: places.append((done, place))):

@@ -63,9 +63,8 @@ def test_forces_along_a_curve_are_those_of_a_settled_motion_run_directly(here, k
 
 
 def test_what_cannot_be_or_start_so_or_is_not_followed_is_a_status(here):
-    bad = curves.Scene(here, KEY, {"crank_speed": 1.0}, 20, HOW).rows(
-        np.array([1.0])
-    )  # another one is imposed
+    slower = {"crank_speed": 1.0}  # than the one that is imposed
+    bad = curves.Scene(here, KEY, slower, 20, HOW).rows(np.array([1.0]))
     assert bad == [{"status": BAD}]
     ended = curves.Scene(here, KEY, None, 20, replace(HOW, max_steps=5)).rows(np.array([1.0]))
     assert ended == [{"status": STATUS.index("step_limit")}]

@@ -124,12 +124,12 @@ class Scene:
 
     def _ideal(self, found: Sequence[dict[str, Any]]) -> list[dict[str, float]]:
         """Largest forces of ideal joints by name; where only a clearance differs they are the same."""
-        settled = [each["mechanism"] for each in found if not each["status"]]
-        ideals = {each: self.smooth or each.replace(clearance=0.0) for each in settled}
-        new = [each for each in dict.fromkeys(ideals.values()) if each not in self.ideal]
+        places = [None if each["status"] else each["mechanism"] for each in found]
+        ideals = [place and (self.smooth or place.replace(clearance=0.0)) for place in places]
+        new = [each for each in dict.fromkeys(ideals) if each is not None and each not in self.ideal]
         answers = self._settled(None, [(each, {}) for each in new])
         self.ideal |= {each: self._peaks(answer) for each, answer in zip(new, answers, strict=True)}
-        return [self.ideal.get(ideals.get(each.get("mechanism")), {}) for each in found]
+        return [self.ideal.get(each, {}) for each in ideals]
 
     def _peaks(self, answer: dict[str, Any]) -> dict[str, float]:
         if answer["status"]:
