@@ -204,7 +204,7 @@ def test_cells_that_another_packages_code_computed_are_not_taken_for_those_of_it
 
 @pytest.mark.long
 def test_kernels_of_another_packages_law_are_not_those_of_its_changed_law(run):
-    code = "from jointplay.solver.codegen.digest import digest; print(digest())"
+    code = "from jointplay.solver.codegen.place import digest; print(digest())"
     ways = ({}, {}, {"code": "\nOTHER = 1\n"}, {"points": None})
     first, again, changed, none = (run("-c", code, **way).stdout for way in ways)
     assert first == again

@@ -20,11 +20,11 @@ from jointplay.solver.equations.quantity import ForceLaw
 from jointplay.solver.mechanism import catalog, records
 from jointplay.solver.mechanism.base import Record
 from jointplay.solver.mechanism.own.systems import SYSTEMS
-from jointplay.solver.mechanism.parts import bodies, contact_data, materials
+from jointplay.solver.mechanism.parts import beam, contact_data, materials
 from jointplay.solver.mechanism.parts.courses import Course
 from jointplay.solver.mechanism.parts.drive import DRIVES
+from jointplay.solver.mechanism.parts.friction import bounds
 from jointplay.solver.mechanism.parts.joints import place_of
-from jointplay.solver.mechanism.parts.quantity import bounds
 from jointplay.solver.mechanism.signature import types_of
 from pages.text import markdown, parameters, story, summary, table
 
@@ -41,7 +41,7 @@ PLACES: tuple[tuple[str, str, tuple[type[Record], ...]], ...] = (
     (
         "Shapes of links",
         "shape, of a link",
-        (bodies.Shape, bodies.Bar, bodies.Rod, bodies.Tube, bodies.Plate, materials.Material),
+        (beam.Shape, beam.Bar, beam.Rod, beam.Tube, beam.Plate, materials.Material),
     ),
     ("Joints", "[[mechanism.joints]]", (records.Joint, records.Pin)),
     ("Contact", "contact, of a joint", (records.Contact, contact_data.PinInBush)),

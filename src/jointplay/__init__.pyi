@@ -17,7 +17,7 @@ from .analysis.exponents.covariant import covariant as covariant
 from .analysis.exponents.growth import growth as growth
 from .analysis.exponents.lyapunov import lyapunov as lyapunov
 from .analysis.gradients.gradient import gradient as gradient
-from .analysis.optima.optimise import optimise as optimise
+from .analysis.gradients.optimise import optimise as optimise
 from .analysis.orbits.continuation import continuation as continuation
 from .analysis.orbits.periodic_orbit import periodic_orbit as periodic_orbit
 from .analysis.poincare import poincare as poincare

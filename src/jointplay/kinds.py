@@ -288,7 +288,7 @@ _ROWS = (
     ),
     Kind(
         "optimise",
-        ".analysis.optima.optimise:optimise",
+        ".analysis.gradients.optimise:optimise",
         ("optimise",),
         "{turns} turns at each design",
         example={"analysis": {"least": "largest:normal_force:B", "by": {"gear_ratio": (2.9, 3.2)}}},

@@ -1,10 +1,14 @@
-"""The part of a page that computes: data of a mechanism for its sliders, pictures and solver."""
+"""The part of a page that computes: data of a mechanism for its sliders, pictures and solver;
+and the frame of a page: its template, style and scripts.
+"""
 
 from __future__ import annotations
 
+import base64
 import shlex
 from contextlib import suppress
 from html import escape
+from importlib.resources import files
 from pathlib import Path
 from string import Template
 from tempfile import TemporaryDirectory
@@ -12,13 +16,12 @@ from typing import Any
 
 from jointplay import figures
 from jointplay.display.errors import InputError
-from jointplay.display.number_text import plain
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure, plain
 from jointplay.solver.mechanism.base import GROUND
 from jointplay.solver.mechanism.records import CrankAngle, Joint, Mechanism, TestSystem
 from jointplay.study import toml_text
 from jointplay.study.results.store import write_figure
-from jointplay_page import moving, template, texts
+from jointplay_page import moving, packed, texts
 from jointplay_page.script.solver import LIMITS, Solver, solver
 
 FIRST = ("clearance", "gear_ratio", "speed", "friction", "length", "stiffness", "damping")  # seen at once
@@ -26,6 +29,9 @@ MOST = 8
 TURNS = 50  # of the study that a page gives
 RTOL = 1e-7  # of the page's motions: exponents of orbits within 1e-4, forces within 1 % (tests/script)
 BARS = {4: "Four-bar linkage", 6: "Six-bar linkage"}
+
+SCRIPTS = ("page.js", "stage.js", "plots.js", "charts.js", "cells.js", "motion.js")
+LIVE = ("verdict.js", "sliders.js", "pictures.js", "followed.js", "watched.js")
 
 
 def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str, Any] | None, str]:
@@ -46,7 +52,7 @@ def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str
     linkage = isinstance(mechanism, Mechanism)
     found = {
         "heading": heading(mechanism),
-        "text": f"{made.text}\n{template.own('worker.js')}",
+        "text": f"{made.text}\n{own('worker.js')}",
         "solver": made.data,
         "ideal": None,
         "scene": moving.scene(mechanism) if linkage else None,
@@ -165,7 +171,7 @@ def section(found: dict[str, Any]) -> str:
     marks = "".join(
         f"<li>{escape(grade)}: {escape(words)}</li>" for grade, words in LIMITS["meaning"].items()
     )
-    return Template(template.own("live.html")).substitute(
+    return Template(own("live.html")).substitute(
         linkage='<canvas id="live-linkage" role="img" aria-label="The mechanism in motion"></canvas>'
         if found["scene"]
         else "",
@@ -215,9 +221,9 @@ def page(mechanism: Mechanism | TestSystem, title: str = "") -> str:
     still = ""
     if isinstance(mechanism, Mechanism):
         with TemporaryDirectory() as folder:
-            still = template.picture(write_figure(figures.draw(mechanism), Path(folder) / "mechanism.png"))
+            still = picture(write_figure(figures.draw(mechanism), Path(folder) / "mechanism.png"))
     data = {"live": found, "cells": None, "motion": None, "panels": []}
-    return template.filled(
+    return filled(
         title or heading(mechanism),
         data,
         kind=escape(about(mechanism, bool(found))),
@@ -238,3 +244,35 @@ def numbers(found: dict[str, Any] | None, mechanism: Mechanism | TestSystem) -> 
     )
     table = f'<div class="wide"><table>{"".join(rows)}</table></div>' if given else ""
     return f"{table}<pre>{escape(mechanism.summary())}</pre>"
+
+
+LIVE += ("live.js", "diagram.js", "point.js")
+
+
+def filled(title: str, data: dict[str, Any], **parts: str) -> str:
+    """Return the HTML of a page.
+
+    Parameters
+    ----------
+    title : str
+        Of the page.
+    data : dict
+        What its scripts need.
+    **parts : str
+        HTML of the template's places; those left out stay empty.
+    """
+    empty = dict.fromkeys(("kind", "answer", "still", "shown", "cell", "motion", "live"), "")
+    scripts = SCRIPTS + (LIVE if data.get("live") else ())
+    own_parts = {"style": own("page.css"), "data": packed.text(data), "script": "\n".join(map(own, scripts))}
+    return Template(own("page.html")).substitute(empty | {"title": escape(title)} | own_parts | parts)
+
+
+def own(name: str) -> str:
+    """Return the text of a file in this package."""
+    return files("jointplay_page").joinpath(name).read_text(encoding="utf-8")
+
+
+def picture(path: Path) -> str:
+    """Return a picture inside the page."""
+    encoded = base64.b64encode(path.read_bytes()).decode()
+    return f'<img alt="What the page is about" src="data:image/png;base64,{encoded}">'

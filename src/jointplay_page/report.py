@@ -1,20 +1,31 @@
-"""A result as one HTML page: answer in words, live charts, the mechanism in motion, where it comes from."""
+"""A result as one HTML page: answer in words, live charts, the mechanism in motion, where it comes from.
+
+Figures of a result inside a page: each as SVG, as in print, and where on it values stand.
+"""
 
 from __future__ import annotations
 
+import re
 from contextlib import suppress
 from dataclasses import dataclass
 from html import escape
+from io import StringIO
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.collections import QuadMesh
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from xarray import Dataset
 
 from jointplay import figures
 from jointplay.display.errors import InputError, of_a_result, refuse
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure
+from jointplay.figures.drawing import artists
 from jointplay.figures.registry import suited_to
 from jointplay.jobs.files import replaced
 from jointplay.kinds import KINDS
@@ -22,14 +33,20 @@ from jointplay.solver.mechanism.base import accepts
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.mechanism.signature import checked
 from jointplay.study.file import figure_options
-from jointplay.study.mechanism_table import build_mechanism
+from jointplay.study.models import build_mechanism
 from jointplay.study.results import provenance
 from jointplay.study.results.store import check_writable, write_figure
 from jointplay.study.results.summary import Summary, summary
-from jointplay_page import charts, live, moving, sweep_points, template, texts
+from jointplay_page import live, moving, sweep_points, texts
 
 MOST = 5  # figures of a page
 ROOM = 1_800_000  # bytes of all numbers of a page: in base64, with pictures and solver, less than 5 MB
+
+MARKS = 3_000  # marks of a cloud, or cells of a map, that are drawn one by one; more are an image
+DPI = 200  # of such an image
+SCREEN = 155  # px an inch of print, at most
+STOPS = 257  # along an axis of another scale
+SECONDS = {"Time (s)": 1.0, "Time (ms)": 1e3}  # labels of an axis of time, and its factors
 
 
 @dataclass(frozen=True)
@@ -139,7 +156,7 @@ def content_of(dataset: Dataset, mechanism: Mechanism | None) -> Content:
     swept = amid(mechanism, dataset, list(study.get("vary") or {})) if mechanism else None
     computing, why = live.live(swept, sweep_points.parameters(dataset)) if swept else (None, "")
     drawn, trouble = pictures(dataset)
-    svgs = {kind: charts.svg(figure, f"f{number}") for number, (kind, figure) in enumerate(drawn.items())}
+    svgs = {kind: svg_text(figure, f"f{number}") for number, (kind, figure) in enumerate(drawn.items())}
     found = sweep_points.cells(dataset, study, max(0, ROOM - sum(map(len, svgs.values()))))
     notes = " ".join(filter(None, (note, trouble, why)))
     return Content(dataset, origin, drawn, svgs, found, motion, computing, notes)
@@ -192,7 +209,7 @@ def html(content: Any, answer: Summary, *still: Path) -> str:
     data["panels"] = [
         panel | {"picture": number}
         for number, figure in enumerate(content.figures.values())
-        for panel in charts.panels(figure, content.dataset, known)
+        for panel in panels(figure, content.dataset, known)
     ]
     drawn = "".join(map(section, range(len(content.svgs)), content.svgs, content.svgs.values()))
     computing = live.section(content.live) if content.live else ""
@@ -200,12 +217,12 @@ def html(content: Any, answer: Summary, *still: Path) -> str:
     first = content.dataset.attrs.get("kind") == "assess"  # its verdict moves with the sliders
     table = KINDS["assess"].outputs.table
     whole = f"<pre>{escape(table(content.dataset))}</pre>" if first else ""
-    return template.filled(
+    return live.filled(
         str(content.dataset.attrs.get("title") or (content.live or {}).get("heading") or answer.title),
         data,
         kind=escape(answer.title),
         answer=escape("\n".join(answer.lines)),
-        still="".join(map(template.picture, still)),
+        still="".join(map(live.picture, still)),
         live="" if first else computing,
         shown=computing + drawn if first else drawn,
         cell=cell_section(content),
@@ -308,3 +325,105 @@ def guide_inset(number: int, guide: dict[str, Any]) -> str:
     force = ", the bars are the forces on the slider" if "force" in guide else ""
     canvas = f'<canvas id="guide{number}" role="img" aria-label="Slider on guide {name}"></canvas>'
     return f'<figure>{canvas}<figcaption class="note">{words}{force}</figcaption></figure>'
+
+
+def svg_text(figure: Figure, prefix: str) -> str:
+    """Return a figure as an SVG element; names in it begin with a prefix, so that several stand in a page."""
+    for mark in (mark for ax in figure.axes for mark in (*ax.lines, *ax.collections)):
+        mark.set_rasterized(marks(mark) > MARKS)
+    file = StringIO()
+    with rc_context({"svg.hashsalt": prefix}):
+        figure.savefig(file, format="svg", dpi=DPI, metadata={"Date": None})
+    text = file.getvalue()
+    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.S)
+    text = re.sub(r'(id="|href="#|url\(#)', rf"\1{prefix}-", text)
+    wide = f'style="max-width: {SCREEN * figure.bbox.width / figure.dpi:.0f}px" '
+    return re.sub(r'<svg (.*?)width="\S+" height="\S+"', rf"<svg {wide}\1", text, count=1, flags=re.S).strip()
+
+
+def marks(artist: Any) -> int:
+    """Return the number of marks that an artist draws one by one; a curve is one."""
+    if isinstance(artist, QuadMesh):
+        return artist.get_array().size
+    dotted = isinstance(artist, Line2D) and artist.get_marker() not in ("None", "none", "", " ", None)
+    return len(artist.get_xdata()) if dotted else 1
+
+
+def panels(figure: Figure, dataset: Dataset, known: list[str]) -> list[dict[str, Any]]:
+    """Return where values stand on a drawn figure, for each panel that holds data, in reading order.
+
+    Parameters
+    ----------
+    figure : Figure
+        As `jointplay.figures` draws it.
+    dataset : Dataset
+        What it shows.
+    known : list of str
+        Coordinates that an axis may stand for: varied parameters, time.
+
+    Returns
+    -------
+    list of dict
+        ``box``: left, top, width and height in the SVG's units (pt). ``log``: which axes are logarithmic.
+        ``stops`` of x and y, in the axes' units: the two ends, or values at even distances on a scale that is
+        neither linear nor logarithmic. ``over``: the varied parameter, or ``time``, along each. ``factors``:
+        from stored units to the axes'. ``labels`` of the axes.
+    """
+    width, height = 72 * figure.get_size_inches()
+    found = []
+    for ax in sorted(with_data(figure), key=place):
+        box = ax.get_position()
+        over, factors = zip(*(stands_for(ax, which, dataset, known) for which in "xy"), strict=True)
+        found.append(
+            {
+                "box": [box.x0 * width, (1 - box.y1) * height, box.width * width, box.height * height],
+                "stops": [stops(ax.xaxis), stops(ax.yaxis)],
+                "log": [ax.get_xscale() == "log", ax.get_yscale() == "log"],
+                "over": over,
+                "factors": factors,
+                "labels": [plain(next(filter(None, labels(ax, which)), "")) for which in "xy"],
+            }
+        )
+    return found
+
+
+def with_data(figure: Figure) -> list[Axes]:
+    """Return the panels that hold data, and no colour bars."""
+    bars = [mark.colorbar.ax for ax in figure.axes for mark in ax.collections if mark.colorbar]
+    return [ax for ax in figure.axes if ax not in bars and (ax.lines or ax.collections) and ax.axison]
+
+
+def place(ax: Axes) -> tuple[float, float]:
+    """Return the order of reading."""
+    box = ax.get_position()
+    return -round(box.y1, 2), box.x0
+
+
+def stops(axis: Axis) -> list[float]:
+    """Return values at even distances along an axis; on a linear or logarithmic one its ends are enough."""
+    transform, count = axis.get_transform(), 2 if axis.get_scale() in ("linear", "log") else STOPS
+    places = np.linspace(*transform.transform(axis.get_view_interval()), count)
+    return transform.inverted().transform(places).tolist()
+
+
+def labels(ax: Axes, which: str) -> list[str]:
+    """Return the labels of an axis and of axes that share it, its own first."""
+    shared = getattr(ax, f"get_shared_{which}_axes")().get_siblings(ax)
+    return [getattr(each, f"get_{which}label")() for each in (ax, *shared)]
+
+
+def plain(text: str) -> str:
+    """Return a label without the marks of mathematical type."""
+    return re.sub(r"\$([^$]*)\$", lambda found: re.sub(r"[{}]|\\(?=[a-zA-Z])", "", found[1]), text)
+
+
+def stands_for(ax: Axes, which: str, dataset: Dataset, known: list[str]) -> tuple[str | None, float]:
+    """Return the coordinate along an axis, found by its label, and the factor to its units."""
+    written = {label.replace("\n", " ") for label in labels(ax, which)}
+    if "time" in known and (told := written & SECONDS.keys()):
+        return "time", SECONDS[told.pop()]
+    for name in known:
+        unit = artists.displayed(dataset[name])[1]
+        if artists.axis_label(dataset[name], unit) in written:
+            return name, float(unit.factor)
+    return None, 1.0

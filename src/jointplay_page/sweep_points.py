@@ -12,8 +12,7 @@ import numpy as np
 from xarray import DataArray, Dataset
 
 from jointplay.display import codes
-from jointplay.display.number_text import raised
-from jointplay.display.units import PLAIN
+from jointplay.display.number_text import PLAIN, raised
 from jointplay.figures.drawing import artists, cell_quantity, select, sweep_axes
 from jointplay_page import packed, texts
 

@@ -14,7 +14,7 @@ from xarray import DataArray, Dataset
 
 from jointplay.display import codes
 from jointplay.display.errors import NOTHING, InputError, join
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure
 from jointplay.figures.drawing import select
 from jointplay.study import toml_text
 from jointplay.study.file import validate

@@ -9,7 +9,7 @@ from functools import partial
 
 import pytest
 
-from jointplay.solver.motion.batching import batch, batched, batched_answer
+from jointplay.solver.motion.eligibility import batch, batched, batched_answer
 
 
 def call(name, questions, seen):

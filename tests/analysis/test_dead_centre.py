@@ -11,7 +11,7 @@ from scipy.integrate import quad
 import jointplay as jp
 from jointplay.analysis.quantities import STATUS
 from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.mechanism.loops import turning
+from jointplay.solver.mechanism.loops import ideal
 from jointplay.solver.motion.eligibility import ROUTES
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, follow
@@ -44,7 +44,7 @@ DRIVES = [{"kind": "speed", "link": "crank", "speed": 20.0}, pytest.param(SPEED_
 @pytest.mark.parametrize("drive", DRIVES, ids=["speed", "profile"])
 def test_an_imposed_speed_ends_where_the_rod_cannot_follow(drive, monkeypatch):
     """A crank longer than its rod, let past its refusal: none beyond arcsin(3/4), no value that is none."""
-    monkeypatch.setattr(turning, "cannot_turn", lambda *_: iter(()))
+    monkeypatch.setattr(ideal, "cannot_turn", lambda *_: iter(()))
     mechanism = jp.catalog.slider_crank(crank=0.2, rod=0.15, clearance=0, drive=drive)
     run = jp.simulate(mechanism, turns=1, record=["angle", "reaction"])
     assert STATUS[int(run.status)] == "not_converged"

@@ -15,10 +15,10 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.coexisting.attractors import SHARES
 from jointplay.analysis.exponents.growth import growth
-from jointplay.analysis.signals.correlation_sum import correlation_sum
+from jointplay.analysis.signals.dimension import correlation_sum
 from jointplay.analysis.states.basins import basins
 from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.motion import ensemble_runs, pieces, trajectory
+from jointplay.solver.motion import ensemble_runs, trajectory
 from jointplay_lab.paper import fixed_steps
 from jointplay_lab.paper.fixed_steps import March
 from jointplay_lab.scheme.waveform import waveform
@@ -164,10 +164,10 @@ def test_following_starts_is_the_largest_stage_of_attractors_and_ends_at_its_sha
 
 
 def fixed(attempts):
-    """What stands for `pieces.pace`: pieces of so many attempts, however long they take."""
+    """What stands for `trajectory.pace`: pieces of so many attempts, however long they take."""
 
     def pace(*_):
-        found = pieces.Pace()
+        found = trajectory.Pace()
         found.size, found.learn = attempts, lambda made, seconds: None
         return found
 
@@ -175,14 +175,14 @@ def fixed(attempts):
 
 
 def test_the_pace_is_learnt_from_each_piece_alone(monkeypatch):
-    done, learnt, pace = [0], [], pieces.Pace()
+    done, learnt, pace = [0], [], trajectory.Pace()
     monkeypatch.setattr(pace, "learn", lambda made, seconds: learnt.append(made))
 
     def call(limit):
         done[0] = limit
         return 1
 
-    assert pieces.in_pieces(call, lambda: done[0], pace, 1, 3 * pace.size + 8) == 1
+    assert trajectory.in_pieces(call, lambda: done[0], pace, 1, 3 * pace.size + 8) == 1
     assert learnt == [pace.size, pace.size, pace.size, 8]
 
 
@@ -241,12 +241,12 @@ def test_fixed_steps_in_short_pieces_are_the_same_to_the_last_bit(monkeypatch):
 
 def test_pieces_take_about_a_tenth_of_a_second_whatever_an_attempt_costs():
     for cost in (1e-6, 1e-3, 0.02):
-        pace = pieces.Pace()
+        pace = trajectory.Pace()
         for _ in range(10):
             pace.learn(pace.size, pace.size * cost)
-        assert pace.size * cost == pytest.approx(pieces.PIECE, rel=0.2)
+        assert pace.size * cost == pytest.approx(trajectory.PIECE, rel=0.2)
         pace.learn(3, 3 * cost)  # a run that soon ended teaches nothing
-        assert pace.size * cost == pytest.approx(pieces.PIECE, rel=0.2)
+        assert pace.size * cost == pytest.approx(trajectory.PIECE, rel=0.2)
 
 
 def test_pairs_counted_block_by_block_are_all_pairs():

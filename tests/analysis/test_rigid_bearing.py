@@ -9,8 +9,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
-from jointplay.analysis.starts import end_of, placed
-from jointplay.analysis.states.journal_position import Journals
+from jointplay.analysis.starts import Journals, end_of, placed
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.motion import trajectory

@@ -6,7 +6,7 @@ import heyoka as hy
 
 from jointplay.solver.codegen import cache
 from jointplay.solver.method.modes import CONE, FORCE, FREE, GAP, SLIDE, STICK
-from jointplay_lab.precision.taylor import Heyoka
+from jointplay_lab.precision.contenders import Heyoka
 
 
 class TunedHeyoka(Heyoka):

@@ -17,7 +17,7 @@ from jointplay.display.errors import InputError
 from jointplay.display.terminal import Progress
 from jointplay.jobs import parallel, pool
 from jointplay.jobs.journal import Journal
-from jointplay.solver.mechanism import draft
+from jointplay.solver.mechanism import records
 from jointplay.study import plan
 from jointplay.study.results import store
 from tests.support.program import jointplay
@@ -60,7 +60,7 @@ def test_of_very_many_wrong_keys_a_hundred_are_shown(text, tmp_path, capsys):
 @pytest.mark.parametrize("rows", ["links", "joints"])
 def test_a_list_without_end_is_refused_before_its_items_are_looked_at(rows, tmp_path, capsys, monkeypatch):
     looked = []
-    monkeypatch.setattr(draft, "_valid", lambda form, given: looked.append(given))
+    monkeypatch.setattr(records, "_valid", lambda form, given: looked.append(given))
     items = "{a = 1}, " * 20_000
     (tmp_path / "a.toml").write_text(f'kind = "response"\nmechanism = {{{rows} = [{items}]}}\n')
     said = refused(["check", tmp_path / "a.toml"], capsys)

@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from jointplay.solver.codegen import cache, objects, place, upkeep
+from jointplay.solver.codegen import cache, place
 from tests.support.program import ended_process
 
 CACHE = "from jointplay.solver.codegen import cache"
@@ -48,10 +48,10 @@ EMITTED = []
 @pytest.fixture(autouse=True, scope="module")
 def _written():
     """Note what is compiled to machine code, of texts that two writers give."""
-    emit = objects.emit
+    emit = place.emit
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cache, "_text", TEXTS.__getitem__)
-        patch.setattr(objects, "emit", lambda *given: EMITTED.append(None) or emit(*given))
+        patch.setattr(place, "emit", lambda *given: EMITTED.append(None) or emit(*given))
         yield
 
 
@@ -173,7 +173,7 @@ def test_a_file_that_is_not_as_it_was_written_is_made_anew(here, capsys, kind, a
     place.say.cache_clear()
     assert load() == (RIGHT, 0), "healed: nothing to compile"
     assert capsys.readouterr().err == ""
-    assert upkeep.verify()[1] == 0
+    assert place.verify()[1] == 0
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -299,7 +299,7 @@ def test_a_full_disk_is_told_and_costs_only_time(here, monkeypatch, capsys):
 
 def test_a_folder_that_is_removed_meanwhile_is_made_again(here):
     assert load() == (RIGHT, 0)
-    assert upkeep.prune(everything=True) == [here.name]
+    assert place.prune(everything=True) == [here.name]
     assert load() == (RIGHT, 1)
     assert load() == (RIGHT, 0)
     assert place.folder() == here
@@ -310,7 +310,7 @@ def test_what_a_killed_writer_left_goes_with_verification_once_it_is_old(here, c
         (here / name).write_text("half")
         os.utime(here / name, (time.time() - age,) * 2)
     sound = len(list(here.iterdir())) - 2
-    assert upkeep.verify() == (sound, 0)
+    assert place.verify() == (sound, 0)
     assert [path.name for path in here.glob("*.tmp")] == ["tmpnew.tmp"]
 
 
@@ -378,7 +378,7 @@ def test_a_loop_that_is_not_as_it_was_written_is_made_anew(once, unloaded, here,
     told = capsys.readouterr().err
     assert told.count("\n") == 1
     assert told.startswith(f"kernel cache: {path} ")
-    assert upkeep.verify()[1] == 0
+    assert place.verify()[1] == 0
 
 
 @pytest.mark.nightly

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.solver.codegen import cache, objects
+from jointplay.solver.codegen import cache, place
 from jointplay.solver.codegen.generated import Function, _address
 from jointplay.solver.codegen.instructions import written
 from jointplay.solver.codegen.lanes import exclusion
@@ -113,8 +113,8 @@ def reference(text, function=library):
 def compiled(text, licences=""):
     """The functions of a text as machine code, by name, and the kinds of their arguments."""
     instructions, entries, outside = written(text, licences)
-    library = objects.Library(
-        objects.emit(instructions), {name: _address(name, cache.method) for name in outside}
+    library = place.Library(
+        place.emit(instructions), {name: _address(name, cache.method) for name in outside}
     )
     return {name: (Function(library, name, kinds), kinds[1:]) for name, kinds in entries.items()}
 
@@ -349,10 +349,10 @@ def g(part, n):
 @pytest.mark.nightly
 @pytest.mark.parametrize("processor", ["x86-64", "x86-64-v3"])
 def test_code_for_another_processor_does_the_same(processor):
-    kind = objects.target()._replace(cpu=processor, features="")
+    kind = place.target()._replace(cpu=processor, features="")
     text = texts("chunmei2002")["module"]
     instructions, entries, _ = written(text, "")
-    here, there = (objects.Library(objects.emit(instructions, each)) for each in (objects.target(), kind))
+    here, there = (place.Library(place.emit(instructions, each)) for each in (place.target(), kind))
     found = []
     for library in (here, there):
         function = Function(library, "rate", entries["rate"])

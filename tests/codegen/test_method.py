@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from jointplay.solver.codegen import cache, objects, place
+from jointplay.solver.codegen import cache, place
 from jointplay.solver.method.interface import INT, REAL, Array, Compiled, Record, Signature, interpreted
 
 pytestmark = pytest.mark.skipif(interpreted(), reason="nothing is compiled")
@@ -130,7 +130,7 @@ define double @reads(ptr %record, i64 %n, {ptr, ptr, i64, i64, ptr, [2 x i64], [
 
 
 def test_a_call_hands_over_records_numbers_and_arrays():
-    library = objects.Library(objects.emit(READS))
+    library = place.Library(place.emit(READS))
     given = Signature(REAL, (RECORD, INT, Array(axes=2)))
     reads = Compiled(library.address("reads"), given, library)
     assert reads(SAMPLE, 5, 10.0 * SAMPLE.table) == 50.0 + 0.5 + 3.0

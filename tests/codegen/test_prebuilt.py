@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.solver.codegen import cache, objects, prebuilt
+from jointplay.solver.codegen import cache, place, prebuilt
 from jointplay.solver.method.interface import interpreted
 from tests.benchmarks.first_runs import wheel
 
@@ -76,7 +76,7 @@ def another_processor(_, monkeypatch):
 
 
 def a_lesser_processor(_, monkeypatch):
-    monkeypatch.setattr(prebuilt.objects.llvm(), "get_host_cpu_features", dict)
+    monkeypatch.setattr(prebuilt.place.llvm(), "get_host_cpu_features", dict)
     prebuilt._suits.cache_clear()
 
 
@@ -107,7 +107,7 @@ def test_a_motion_has_the_same_bits(tmp_path, monkeypatch):
     there = jp.simulate(mechanism, turns=20)
     for name in ("angle", "angular_velocity", "event_time", "normal_force"):
         assert np.array_equal(here[name], there[name]), name
-    assert objects.target().cpu != prebuilt.LEVEL
+    assert place.target().cpu != prebuilt.LEVEL
 
 
 ALONE = """

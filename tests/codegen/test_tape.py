@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from sympy import Integer, Matrix, Symbol, cos, cse, diff, numbered_symbols, sin, sqrt
 
-from jointplay.solver.codegen.common import shared
 from jointplay.solver.codegen.dynamics import Dynamics, InverseMass
-from jointplay.solver.codegen.tape import Tape, partial, read
+from jointplay.solver.codegen.tape import Tape, partial, read, shared
 from jointplay.solver.codegen.variants import variants
 from jointplay.solver.equations.system import TIME, Angle, System, number
 from jointplay.solver.equations.write import system

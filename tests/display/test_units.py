@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from jointplay.display.number_text import plain
-from jointplay.display.units import TABLE, shown
-from jointplay.figures.drawing.ticks import Degrees
+from jointplay.display.number_text import TABLE, plain, shown
+from jointplay.figures.drawing.derived import Degrees
 from jointplay.figures.drawing.timebase import stretch
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from jointplay.solver.equations.structure import powers
 from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.mechanism.parts.springs import Spring, TorsionSpring
+from jointplay.solver.mechanism.parts.loads import Spring, TorsionSpring
 from tests.reference.four_bar import Parameters
 from tests.support.linkages import SOFT, bending, mechanism
 from tests.support.motion import at, bar, double, follow, forces, pendulum, seen

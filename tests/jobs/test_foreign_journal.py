@@ -10,9 +10,8 @@ import pytest
 
 from jointplay import cli
 from jointplay.display.errors import InputError
-from jointplay.jobs import frames, origin, values
-from jointplay.jobs.frames import FORMAT, HEAD, MAGIC, head_of
-from jointplay.jobs.journal import Journal
+from jointplay.jobs import origin, values
+from jointplay.jobs.journal import FORMAT, HEAD, MAGIC, Journal, head_of, new_part
 from jointplay.jobs.pool import Pool
 from jointplay.study import plan
 from jointplay.study.execute import complete, journal_of
@@ -220,7 +219,7 @@ def test_cells_of_several_kinds_of_processors_are_told(kept, tmp_path, monkeypat
 
 def test_the_kind_of_processor_is_what_kernels_are_compiled_for(monkeypatch):
     def kind(*told):
-        monkeypatch.setattr("jointplay.solver.codegen.objects.target", lambda: told)
+        monkeypatch.setattr("jointplay.solver.codegen.place.target", lambda: told)
         return provenance.processor.__wrapped__()
 
     native = kind("linux", "zen", "+avx")
@@ -271,14 +270,12 @@ def harm(journal, other, dice, canary):
         rest = dice.choice(parts)
         part.write_bytes(rest.read_bytes())
     elif what == "double":
-        frames.new_part(journal.folder, 1).write_bytes(content)
+        new_part(journal.folder, 1).write_bytes(content)
     elif what == "lose":
         part.unlink()
     elif what == "name":
         part.rename(
-            dice.choice(
-                [part.with_suffix(".bak"), part.with_name("part.part"), frames.new_part(journal.folder, 99)]
-            )
+            dice.choice([part.with_suffix(".bak"), part.with_name("part.part"), new_part(journal.folder, 99)])
         )
     elif what == "header":
         header = journal.folder / "journal.json"

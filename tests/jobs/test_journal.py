@@ -14,9 +14,8 @@ from jointplay.display.errors import InputError
 from jointplay.jobs import journal as journals
 from jointplay.jobs import origin
 from jointplay.jobs.files import Busy
-from jointplay.jobs.frames import MAGIC
 from jointplay.jobs.job import CRASHED, key_of
-from jointplay.jobs.journal import Journal, write_part
+from jointplay.jobs.journal import MAGIC, Journal, write_part
 from jointplay.jobs.worker import Notes
 from jointplay.kinds import KINDS
 from jointplay.solver import extensions

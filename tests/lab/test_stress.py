@@ -18,9 +18,8 @@ from jointplay.display.errors import InputError
 from jointplay.solver.equations.parameters import parameter_names
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay_lab.stress import motion, stress
-from jointplay_lab.stress.motion import kick, move, residual, sizes, upto
-from jointplay_lab.stress.stress import VERDICTS, cell, disagreement, judge
+from jointplay_lab.stress import stress
+from jointplay_lab.stress.stress import VERDICTS, cell, disagreement, judge, kick, move, residual, sizes, upto
 from tests.support.tangent_map import tangent_map
 
 TOLERANCES = (1e-8, 1e-10)
@@ -61,7 +60,7 @@ def test_a_loose_run_passed_off_as_a_tight_one_is_suspect():
     scene = assemble(mechanism, None, powers=True)
     true, tight, false = (move(scene, 3, rtol, 10**5) for rtol in (*TOLERANCES, 2e-4))
     unit = sizes(scene, tight)
-    own = motion.largest_growth(assemble(mechanism), unit, 3, 1e-8, 10**5)
+    own = stress.largest_growth(assemble(mechanism), unit, 3, 1e-8, 10**5)
     assert verdict(true, tight, unit, lambda *_: own) == ("ok", "none")
     assert verdict(false, tight, unit, lambda *_: own) == ("suspect", "states")
     assert verdict(true, false, unit, lambda *_: own)[0] == "suspect"
@@ -134,7 +133,7 @@ def test_chaos_is_sensitive_and_nothing_worse():
     scene = assemble(mechanism, None, powers=True)
     loose, tight = (move(scene, turns, rtol, 10**5) for rtol in TOLERANCES)
     unit = sizes(scene, tight)
-    own = motion.largest_growth(assemble(mechanism), unit, turns, 1e-8, 10**5)
+    own = stress.largest_growth(assemble(mechanism), unit, turns, 1e-8, 10**5)
     assert 4**8 < own < 1e12
     assert verdict(loose, tight, unit, lambda *_: own) == ("sensitive", "none")
     assert verdict(loose, tight, unit, lambda *_: 1.0) == ("suspect", "states")
@@ -164,16 +163,16 @@ def test_growth_is_the_largest_between_any_two_times_or_adds_up(monkeypatch):
     From this start it is the last two blocks together, neither the whole nor one of them.
     """
     scene = assemble(catalog.lorenz(), (5.0, 8.0, 15.0))
-    monkeypatch.setattr(motion, "BLOCKS", 3)
+    monkeypatch.setattr(stress, "BLOCKS", 3)
     unit, third = np.array([1.0, 3.0, 0.5]), scene.period / 3
     places = follow(scene, Request(scene.period, 1e-11, at=third * np.arange(3))).samples[:, 1:4]
     maps = [tangent_map(moved(scene, place), third) * unit / unit[:, None] for place in places]
-    found = motion.largest_growth(scene, unit, 1, 1e-9, 10**5)
+    found = stress.largest_growth(scene, unit, 1, 1e-9, 10**5)
     norms = [[np.linalg.norm(reduce(np.matmul, reversed(maps[i:j])), 2) for i in range(j)] for j in (1, 2, 3)]
     assert found == pytest.approx(max(map(max, norms)), rel=1e-5)
     assert found > 2 * max(np.linalg.norm(each, 2) for each in (*maps, reduce(np.matmul, reversed(maps))))
-    monkeypatch.setattr(motion, "ADDED", 0.9)
-    added = motion.largest_growth(scene, unit, 1, 1e-9, 10**5)
+    monkeypatch.setattr(stress, "ADDED", 0.9)
+    added = stress.largest_growth(scene, unit, 1, 1e-9, 10**5)
     assert added == pytest.approx(0.9 * max(map(sum, norms)), rel=1e-5)
     assert added > 1.1 * found
 
@@ -183,8 +182,8 @@ def test_growth_is_looked_at_more_closely(monkeypatch):
     scene, unit = assemble(catalog.lorenz(), (5.0, 8.0, 15.0)), np.array([1.0, 3.0, 0.5])
     found = []
     for blocks, closer in ((6, 1), (3, 2), (3, 1)):
-        monkeypatch.setattr(motion, "BLOCKS", blocks)
-        found.append(motion.largest_growth(scene, unit, 1, 1e-9, 10**5, closer))
+        monkeypatch.setattr(stress, "BLOCKS", blocks)
+        found.append(stress.largest_growth(scene, unit, 1, 1e-9, 10**5, closer))
     assert found[0] == pytest.approx(found[1], rel=1e-9)
     assert found[0] > 1.01 * found[2]
 

@@ -13,8 +13,7 @@ from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import FACTORS
 from jointplay.solver.equations.laws import LAWS as EQUATIONS
 from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.mechanism.parts.loads import Force, Torque
-from jointplay.solver.mechanism.parts.springs import Spring, TorsionSpring
+from jointplay.solver.mechanism.parts.loads import Force, Spring, Torque, TorsionSpring
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.study.file import validate
 from jointplay_lab.stress import ranges

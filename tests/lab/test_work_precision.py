@@ -18,9 +18,8 @@ from jointplay.solver.motion import trajectory as following
 from jointplay.solver.motion.trajectory import Request, follow, functions
 from jointplay_lab.precision import contenders, generated_code
 from jointplay_lab.precision import work_precision as plans
-from jointplay_lab.precision.contenders import Ours, Outcome
+from jointplay_lab.precision.contenders import Heyoka, Ours, Outcome, slips
 from jointplay_lab.precision.generated_code import Equations, units
-from jointplay_lab.precision.taylor import Heyoka, slips
 from jointplay_lab.precision.work_precision import AGREEMENT, Row, Truth, time_at
 
 LINKAGE = jp.catalog.chunmei2002(gear_ratio=3.0)

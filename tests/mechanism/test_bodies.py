@@ -8,11 +8,10 @@ from scipy.integrate import dblquad
 
 import jointplay as jp
 from jointplay.analysis.keywords import doubts
-from jointplay.solver.mechanism.parts.beam import modal
-from jointplay.solver.mechanism.parts.bodies import Shape
+from jointplay.solver.mechanism.parts.beam import Shape, modal
 from jointplay.solver.mechanism.parts.materials import TABLE
 from jointplay.solver.mechanism.paths import at_paths
-from jointplay.study.mechanism_table import build_mechanism
+from jointplay.study.models import build_mechanism
 from tests.mechanism.wrong import only, problems_of
 
 BAR = {"bar": {"width": "20 mm", "thickness": "6 mm"}, "material": "steel"}

@@ -7,7 +7,7 @@ import pytest
 
 from jointplay.display.errors import NOTHING, InputError
 from jointplay.solver.mechanism import catalog
-from jointplay.solver.mechanism.catalog import presets, published, six_bars
+from jointplay.solver.mechanism.catalog import presets, published
 from jointplay.solver.mechanism.own import systems
 from jointplay.solver.mechanism.records import Mechanism, MotorLine, TestSystem
 from tests.mechanism.wrong import problems_of
@@ -17,7 +17,7 @@ LINKAGES = [
     *("chunmei2002", "slider_crank", "watt", "stephenson", "quick_return"),
     *("ivp_crank", "flores2010", "siconos_four_bar"),
 ]
-HOMES = (catalog, presets, published, six_bars, systems)
+HOMES = (catalog, presets, published, systems)
 SYSTEMS = [name for name in catalog.NAMES if name not in LINKAGES]
 
 

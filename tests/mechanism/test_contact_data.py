@@ -11,7 +11,7 @@ import jointplay as jp
 from jointplay.analysis.keywords import doubts
 from jointplay.solver.mechanism.parts.contact_data import ContactData, PinInBush, damping_factor
 from jointplay.solver.mechanism.parts.materials import TABLE
-from jointplay.study.mechanism_table import build_mechanism
+from jointplay.study.models import build_mechanism
 from tests.mechanism.wrong import only, problems_of
 
 RADIUS, CLEARANCE, LENGTH = 0.0075, 17e-6, 0.012

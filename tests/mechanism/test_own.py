@@ -21,7 +21,7 @@ from jointplay.analysis.vary import axes
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import System
-from jointplay.study.mechanism_table import build_mechanism
+from jointplay.study.models import build_mechanism
 from tests.mechanism.wrong import only, problems_of
 
 VALVE = {

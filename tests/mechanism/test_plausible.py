@@ -11,7 +11,7 @@ from jointplay.analysis.keywords import doubts
 from jointplay.cli import main
 from jointplay.display.errors import InputError, ModelWarning
 from jointplay.solver.mechanism import catalog, plausible
-from jointplay.solver.mechanism.loops import turning
+from jointplay.solver.mechanism.loops import ideal
 from jointplay.solver.mechanism.loops.ideal import ideal_state
 from jointplay.solver.mechanism.plausible import BRISK, FAST, HURRY, MAINS, SUNK, WIDE
 from jointplay.solver.mechanism.records import (
@@ -30,7 +30,7 @@ from jointplay.solver.mechanism.records import (
     System,
 )
 from jointplay.study.file import load
-from jointplay.study.mechanism_table import build_mechanism
+from jointplay.study.models import build_mechanism
 from tests.docs.pages import PAGES, blocks
 
 USUAL = catalog.chunmei2002()
@@ -200,9 +200,9 @@ def test_a_crank_turns_where_its_joints_clearances_make_up_for_what_lacks():
 def test_a_linkage_that_goes_flat_is_no_open_one():
     assert 0.1 + 0.2 > 0.3  # in floats: crank and ground against coupler and rocker
     flat = four_bar(0.1, 0.1, 0.2, 0.2)
-    assert not list(turning.cannot_turn(flat, 0.0, math.tau))
-    assert not list(turning.cannot_turn(four_bar(0.15, 0.1, 0.15, 0.2), 0.0, math.tau))
-    assert list(turning.cannot_turn(four_bar(0.15, 0.1, 0.15 - 1e-9, 0.2), 0.0, math.tau))
+    assert not list(ideal.cannot_turn(flat, 0.0, math.tau))
+    assert not list(ideal.cannot_turn(four_bar(0.15, 0.1, 0.15, 0.2), 0.0, math.tau))
+    assert list(ideal.cannot_turn(four_bar(0.15, 0.1, 0.15 - 1e-9, 0.2), 0.0, math.tau))
 
 
 def test_a_slider_crank_and_a_motor_that_cannot_turn_are_told():

@@ -13,8 +13,7 @@ from jointplay.kinds import KINDS
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.base import Record
 from jointplay.solver.mechanism.changes import Changes
-from jointplay.solver.mechanism.parts.beam import Beam, Link, PointMass
-from jointplay.solver.mechanism.parts.bodies import Bar, Plate, Rod, Tube
+from jointplay.solver.mechanism.parts.beam import Bar, Beam, Link, Plate, PointMass, Rod, Tube
 from jointplay.solver.mechanism.parts.contact_data import PinInBush
 from jointplay.solver.mechanism.parts.courses import FORCES, Course, Harmonic
 from jointplay.solver.mechanism.parts.friction import Friction

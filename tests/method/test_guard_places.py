@@ -7,7 +7,7 @@ import pytest
 
 from jointplay.solver.method import events, memory
 from jointplay.solver.method.modes import FREE, RESTING, SLIP_NEGATIVE, SLIP_ONSET, SLIP_POSITIVE, STICK
-from jointplay.solver.method.walls import sliding, walls
+from jointplay.solver.method.walls import walls
 
 SOFT, RIGID = 2, 4
 GUARDS = [(f"contact {j}", kind) for j in range(SOFT) for kind in ("gap", "force", "slide", "cone")]
@@ -42,7 +42,7 @@ def test_a_wall_to_which_a_body_no_longer_sticks(wall):
         SimpleNamespace(contacts=rows(forces)),
         SimpleNamespace(contact=np.zeros(6 * (SOFT + 2 * RIGID))),
     )
-    assert sliding.rub(functions, wall, work, motion, OPTIONS) == SLIP_ONSET
+    assert walls.rub(functions, wall, work, motion, OPTIONS) == SLIP_ONSET
     assert [*np.flatnonzero(motion.modes == SLIP_POSITIVE)] == [SOFT + wall]
     assert noted(motion.fired) == {(f"wall {wall}", "rub"): 2}
     assert noted(motion.margin) == {(f"wall {wall}", "rub"): OPTIONS.speed_tolerance}
@@ -56,7 +56,7 @@ def test_corners_of_one_guide_slip_as_one():
         SimpleNamespace(contacts=rows(forces)),
         SimpleNamespace(contact=np.zeros(6 * (SOFT + 2 * RIGID))),
     )
-    sliding.rub(functions, 0, work, motion, OPTIONS)
+    walls.rub(functions, 0, work, motion, OPTIONS)
     assert [*motion.modes[SOFT:]] == [SLIP_NEGATIVE, SLIP_NEGATIVE, FREE, STICK]
     assert set(noted(motion.fired)) == set(noted(motion.margin)) == {("wall 0", "rub"), ("wall 1", "rub")}
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from jointplay.solver.method import memory
-from jointplay.solver.method.tangents import impact_map
-from jointplay.solver.method.walls.impulses import IMPOSSIBLE, PUSHES, SEPARATES, SLIPS_DOWN, SLIPS_UP, STICKS
+from jointplay.solver.method.tangents import saltation
+from jointplay.solver.method.walls.impacts import IMPOSSIBLE, PUSHES, SEPARATES, SLIPS_DOWN, SLIPS_UP, STICKS
 
 WALLS = 5  # two of one guide to which the body sticks, one along which it slips each way, a smooth one
 GUIDES, SPEEDS, ROUGH = (0, 0, 1, 2, 3), (0.0, 0.01, 2.0, -3.0, 1.0), (True, True, True, True, False)
@@ -33,9 +33,9 @@ def test_each_wall_does_as_the_body_slides_there_whatever_was_chosen_before(monk
     chosen = []
     fakes = {"gather": gather, "choose": choose, "rough": lambda motion, j: ROUGH[j]}
     for name, each in (fakes | dict.fromkeys(("contact_numbers", "prepare"), lambda *_: None)).items():
-        monkeypatch.setattr(impact_map, name, each)
+        monkeypatch.setattr(saltation, name, each)
     functions, tangents = SimpleNamespace(contacts=None), SimpleNamespace(state=motion.s.copy())
-    assert not impact_map.landing_map(functions, None, work, motion, OPTIONS, tangents, 0, True)
+    assert not saltation.landing_map(functions, None, work, motion, OPTIONS, tangents, 0, True)
     assert chosen == [[STICKS, PUSHES, SLIPS_UP, SLIPS_DOWN, PUSHES]]
 
 
@@ -55,4 +55,4 @@ def test_an_impact_takes_a_dimension_where_a_wall_goes_on_to_push_or_a_body_stic
     q = np.zeros(memory.STATE + 7)
     q[memory.MEMBERS], q[memory.CHOICE : memory.CHOICE + memory.MOST] = memory.MOST, SEPARATES
     q[memory.CHOICE + at], q[memory.TARGET + at] = choice, target
-    assert impact_map.loses(SimpleNamespace(impact=q)) == taken
+    assert saltation.loses(SimpleNamespace(impact=q)) == taken

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jointplay.solver.method import memory
-from jointplay.solver.method.walls import impulses as IMPULSES
+from jointplay.solver.method.walls import impacts as IMPULSES
 
 MOST, SIZE = memory.MOST, memory.SIZE
 

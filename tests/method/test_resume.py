@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.solver.motion import pieces, trajectory
+from jointplay.solver.motion import trajectory
 
 LOOSE = jp.catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
 SOFT = jp.catalog.soft_impact_pair(gap=1.0, stiffness=50.0, damping=1.0)
@@ -14,7 +14,7 @@ SOFT = jp.catalog.soft_impact_pair(gap=1.0, stiffness=50.0, damping=1.0)
 
 def fixed(attempts):
     """A pace of so many attempts a piece, however long they take."""
-    found = pieces.Pace()
+    found = trajectory.Pace()
     found.size, found.learn = attempts, lambda made, seconds: None
     return found
 

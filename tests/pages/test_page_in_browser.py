@@ -8,7 +8,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.cli import main
-from jointplay_page import charts
+from jointplay_page import report
 from tests.figures.support.synthetic import section
 from tests.figures.test_pictures import PICTURES
 from tests.pages.browsing import canvas, click, complaints, drag, opened, text, until
@@ -104,7 +104,7 @@ def test_a_dragged_part_is_looked_at_and_stands_in_the_address(chromium, page):
 def test_places_on_an_axis_of_another_scale_lie_between_its_values(chromium, tmp_path):
     dataset, _ = PICTURES["lyapunov"]()
     opened(chromium, jp.report(dataset, tmp_path / "exponents.html")[0])
-    (ax, *_) = charts.with_data(jp.figure(dataset))
+    (ax, *_) = report.with_data(jp.figure(dataset))
     assert ax.get_yscale() == "symlog"
     low, high = np.sort(ax.get_ylim())
     values = [0.9 * low, 0.5 * low, 0.1 * low, 0.0, 0.5 * high]

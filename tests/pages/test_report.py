@@ -19,7 +19,7 @@ from jointplay.kinds import Kind
 from jointplay.study.file import validate
 from jointplay.study.results.store import write_result
 from jointplay.study.toml_text import parse
-from jointplay_page import charts, moving, packed, sweep_points, texts
+from jointplay_page import moving, packed, report, sweep_points, texts
 from tests.figures.support.synthetic import response, section
 from tests.figures.support.synthetic_linkages import corners_led, loose_guide
 from tests.figures.test_pictures import PICTURES
@@ -48,7 +48,7 @@ def values(array):
 def test_every_kind_of_figure_is_one_well_formed_element_with_its_panels_inside(name):
     dataset, options = PICTURES[name]()
     figure = figures.draw(dataset, options)
-    element = fromstring(charts.svg(figure, "f7"))
+    element = fromstring(report.svg_text(figure, "f7"))
     _, _, width, height = map(float, element.get("viewBox").split())
     assert (width, height) == pytest.approx(72 * figure.get_size_inches(), abs=0.01)
     named = [each.get("id") for each in element.iter() if each.get("id")]
@@ -57,7 +57,7 @@ def test_every_kind_of_figure_is_one_well_formed_element_with_its_panels_inside(
     texts = " ".join(text for each in element.iter() for text in each.attrib.values())
     used = set(re.findall(r"#([\w-]+)", texts)) - set(re.findall(r"#([0-9a-f]{6})\b", texts))  # no colours
     assert used <= set(named)
-    for panel in charts.panels(figure, dataset, []):
+    for panel in report.panels(figure, dataset, []):
         left, top, wide, high = panel["box"]
         assert 0 <= left < left + wide <= width + 0.01
         assert 0 <= top < top + high <= height + 0.01
@@ -66,8 +66,8 @@ def test_every_kind_of_figure_is_one_well_formed_element_with_its_panels_inside(
 def test_values_stand_where_the_picture_has_them():
     dataset = response()
     figure = figures.draw(dataset, kind="time_history")
-    element = fromstring(charts.svg(figure, "f0"))
-    (panel,) = charts.panels(figure, dataset, ["time"])
+    element = fromstring(report.svg_text(figure, "f0"))
+    (panel,) = report.panels(figure, dataset, ["time"])
     (line,) = figure.axes[0].lines
     (group,) = (
         each
@@ -89,29 +89,29 @@ def test_values_stand_where_the_picture_has_them():
 
 def test_axes_of_other_scales_have_values_at_even_distances():
     dataset, options = PICTURES["parameter_map"]()
-    found = charts.panels(figures.draw(dataset, options), dataset, ["clearance", "gear_ratio"])
+    found = report.panels(figures.draw(dataset, options), dataset, ["clearance", "gear_ratio"])
     assert [panel["over"] for panel in found] == [("gear_ratio", "clearance")] * 3
     ax = Figure().subplots()
     ax.set_yscale("symlog", linthresh=0.1)
     ax.set_ylim(-10, 100)
-    stops = charts.stops(ax.yaxis)
-    assert len(stops) == charts.STOPS
+    stops = report.stops(ax.yaxis)
+    assert len(stops) == report.STOPS
     assert stops[0] == pytest.approx(-10)
     assert stops[-1] == pytest.approx(100)
     np.testing.assert_allclose(
         np.diff(ax.transScale.transform([(0, value) for value in stops])[:, 1], 2), 0, atol=1e-9
     )
     ax.set_yscale("log")
-    assert len(charts.stops(ax.yaxis)) == 2
+    assert len(report.stops(ax.yaxis)) == 2
 
 
 def test_many_marks_are_an_image_and_few_are_not():
     def images(count):
         figure = figures.draw(section(count), kind="poincare_section")
-        return fromstring(charts.svg(figure, "f0")).findall(f".//{NAMESPACE}image")
+        return fromstring(report.svg_text(figure, "f0")).findall(f".//{NAMESPACE}image")
 
-    assert not images(charts.MOST)
-    assert images(charts.MOST + 1)
+    assert not images(report.MARKS)
+    assert images(report.MARKS + 1)
 
 
 def test_cells_hold_what_is_stored_of_each():

@@ -3,7 +3,7 @@
 import numpy as np
 
 from jointplay.solver.mechanism.loops.ideal import ideal_state
-from jointplay_page import moving, template
+from jointplay_page import live, moving
 from tests.pages.live_samples import linkage
 from tests.script.in_node import needs_node, ran
 
@@ -38,7 +38,7 @@ def test_names_keep_clear_of_links_and_of_each_other(tmp_path):
     for k, link in enumerate(scene["links"]):
         link["frames"] = frames[:, k].ravel().tolist()
     data = scene | {"scale": SCALE, "size": SIZE, "poses": list(range(POSES))}
-    names = np.array(ran(template.own("stage.js"), data, PROGRAM, tmp_path))
+    names = np.array(ran(live.own("stage.js"), data, PROGRAM, tmp_path))
     lines = np.array([100.0, 260.0]) + SCALE * ends * [1, -1]
     along = np.linspace(0, 1, 200)[:, None]
     points = lines[:, :, None, 0] + along * (lines[:, :, None, 1] - lines[:, :, None, 0])

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from jointplay.analysis.assessment.grades import GRADES, grade
-from jointplay_page import template
+from jointplay.analysis.assessment.page import GRADES, grade
+from jointplay_page import live
 from jointplay_page.live import LIMITS
 from tests.script.in_node import needs_node, ran
 
@@ -23,7 +23,7 @@ def words(tmp_path, growth, points=(), **more):
     given = [str(each).replace("inf", "Infinity") if math.isinf(each) else each for each in growth]
     given = [None if isinstance(each, float) and math.isnan(each) else each for each in given]
     data = {"growth": given, "points": [*map(list, points)], "limits": LIMITS, **more}
-    return ran(template.own("verdict.js"), data, PROGRAM, tmp_path)
+    return ran(live.own("verdict.js"), data, PROGRAM, tmp_path)
 
 
 def test_chaos_is_growth_beyond_three_errors(tmp_path):
@@ -104,5 +104,5 @@ def test_grades_are_those_of_an_assessment(tmp_path):
     program = """return data.cases.map(([lost, ratio, speed]) => verdict.graded(
       { separations: { B: Number(lost) }, force: { B: 10 * ratio }, speed: { B: speed }, ideal: { B: 10 } },
       data.limits).grade);"""
-    found = ran(template.own("verdict.js"), {"cases": cases, "limits": LIMITS}, program, tmp_path)
+    found = ran(live.own("verdict.js"), {"cases": cases, "limits": LIMITS}, program, tmp_path)
     assert found == [GRADES[grade(*case)] for case in cases]

@@ -12,8 +12,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
-from jointplay.analysis.starts import End, placed, state_names
-from jointplay.analysis.states.journal_position import Journals
+from jointplay.analysis.starts import End, Journals, placed, state_names
 from jointplay.solver.mechanism.assemble import assemble
 from tests.method.test_tangent import differences, scaled
 from tests.support.laws_grid import GUIDED, PAIRS, SCENES, mechanism

@@ -25,7 +25,7 @@ from jointplay.analysis.exponents.frame_growth import Stretch, frame, grown_toge
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.mechanism.loops import turning
+from jointplay.solver.mechanism.loops import ideal
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.motion.eligibility import ROUTES, exclusion
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
@@ -365,7 +365,7 @@ def test_impacts_at_one_instant_are_those_of_one_trajectory_in_lanes():
 @pytest.mark.long
 def test_what_ends_at_a_dead_centre_has_no_derivative(monkeypatch):
     """A crank longer than its rod, let past its refusal."""
-    monkeypatch.setattr(turning, "cannot_turn", lambda *_: iter(()))
+    monkeypatch.setattr(ideal, "cannot_turn", lambda *_: iter(()))
     drive = {"kind": "speed", "link": "crank", "speed": 20.0}
     mechanism = catalog.slider_crank(crank=0.2, rod=0.15, clearance=0, drive=drive)
     found = jp.gradient(mechanism, of=["end:angle:rod"], by=["speed"])

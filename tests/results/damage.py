@@ -16,8 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import jointplay as jp
-from jointplay.display.errors import InputError
-from jointplay.display.seal import sealed
+from jointplay.display.errors import InputError, sealed
 from jointplay.study.results import store
 from tests.figures.test_pictures import PICTURES
 from tests.fuzz.files import called, fault

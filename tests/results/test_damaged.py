@@ -9,8 +9,7 @@ from matplotlib.text import Text
 import jointplay as jp
 from jointplay import cli, figures
 from jointplay.analysis.states.basins import basins
-from jointplay.display.errors import InputError
-from jointplay.display.seal import intact, sealed
+from jointplay.display.errors import InputError, intact, sealed
 from jointplay.figures.drawing import artists
 from jointplay.study.results import store
 from jointplay.study.results import summary as summary_module

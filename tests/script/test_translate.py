@@ -15,18 +15,16 @@ from .in_node import needs_node, ran
 
 MODULES = (
     *(
-        "coarse_steps",
         "control",
         "events",
         "flow",
         "modes",
         "polynomial",
         "record",
-        "sections",
         "sparse",
         "step",
     ),
-    *("tangents.frame", "tangents.saltation", "tangents.tangent"),
+    *("tangents.saltation", "tangents.tangent"),
     *("walls.impacts", "walls.wall_flow", "walls.walls"),
 )
 X = [1.25, -3.0, 2.0, float("nan")]

@@ -3,7 +3,7 @@
 import pytest
 
 from jointplay.kinds import KINDS
-from jointplay.study import mechanism_table
+from jointplay.study import models as study_models
 from jointplay.study.file import schema
 from jointplay.study.models import models
 
@@ -29,7 +29,7 @@ def test_every_table_of_the_schema_is_closed():
 @pytest.mark.nightly
 def test_the_catalogs_tables_are_made_once_for_all_kinds_of_study(monkeypatch):
     first = schema()
-    monkeypatch.setattr(mechanism_table, "create_model", lambda *_, **__: pytest.fail("it is made again"))
+    monkeypatch.setattr(study_models, "create_model", lambda *_, **__: pytest.fail("it is made again"))
     assert schema() == first
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from jointplay.study.file import load
-from jointplay.study.mechanism_table import build_mechanism
+from jointplay.study.models import build_mechanism
 
 STUDIES = Path(__file__).parents[2] / "studies"
 PANELS = ("03a", "03b", "04", "05a", "05b", "06a", "06b", "07", "08", "09a", "09b", "10", "11a", "11b")

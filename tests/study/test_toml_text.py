@@ -5,7 +5,7 @@ import pytest
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism import catalog
 from jointplay.study import toml_text
-from jointplay.study.mechanism_table import build_mechanism
+from jointplay.study.models import build_mechanism
 
 
 def keys(error):

@@ -14,9 +14,9 @@ from functools import partial
 import numpy as np
 
 from jointplay import catalog
-from jointplay.analysis.gradients import evaluated
+from jointplay.analysis.gradients import gradient as gradients
 from jointplay.analysis.gradients.gradient import gradient
-from jointplay.analysis.orbits.map_derivative import map_derivative
+from jointplay.analysis.orbits.family import map_derivative
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.starts import placed, state_names
 from jointplay.analysis.tangents import Bundle, scales
@@ -228,7 +228,7 @@ def touching():
 
 
 if __name__ == "__main__":
-    evaluated.SAMPLES = 256  # plain Python is slow
+    gradients.SAMPLES = 256  # plain Python is slow
     found = {name: scene(name) for name in SCENES} | {name: mapped(name) for name in MAPS}
     found |= {name: exact(name) for name in EXACT} | {name: asked(name) for name in ASKED}
     print(json.dumps(found | {"touching": touching()}))

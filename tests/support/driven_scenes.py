@@ -25,7 +25,7 @@ from jointplay.solver.mechanism.records import (
     Torque,
     TorsionSpring,
 )
-from jointplay.study.mechanism_table import build_mechanism
+from jointplay.study.models import build_mechanism
 from tests.analysis.test_rigid_bearing import rigid
 from tests.equations.test_groups import beside_a_group
 from tests.support.laws_grid import BEAM, FRICTION, NORMAL, PAIRS, mechanism

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from jointplay.analysis import rules
-from jointplay.analysis.gradients.evaluated import Run
+from jointplay.analysis.gradients.gradient import Run
 from jointplay.analysis.gradients.selection import quantity
 from jointplay.analysis.tangents import Bundle, scales
 from jointplay.display.errors import InputError

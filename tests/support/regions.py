@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy import ndimage
 
-from jointplay.figures.drawing.smooth import through
+from jointplay.figures.drawing.artists import through
 
 AWAY = 2  # cells from a curve
 MARGIN = 40  # cells around the map, through which curves that leave it are followed

@@ -26,10 +26,9 @@ from pydantic import (
 )
 from typing_extensions import TypedDict  # that of `typing` forgets its bases before Python 3.12
 
-from jointplay.analysis.left_out import NONE, LeftOut
 from jointplay.analysis.own_units import in_own_units
-from jointplay.analysis.rules import started
-from jointplay.display.described import with_returns
+from jointplay.analysis.rules import NONE, LeftOut, started
+from jointplay.display.accepted import with_returns
 from jointplay.display.errors import Problem, refuse, warn
 from jointplay.jobs.origin import version
 from jointplay.solver.mechanism import plausible
@@ -49,7 +48,7 @@ from jointplay.solver.mechanism.base import (
     measured,
     unit,
 )
-from jointplay.solver.mechanism.loops import turning
+from jointplay.solver.mechanism.loops import ideal
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.mechanism.signature import Rule, Usual, checked, unpack
 from jointplay.solver.motion.progress import reported
@@ -143,7 +142,7 @@ def _turns_as_driven(function: Callable[..., Any]) -> Rule:
         if getattr(drive, "imposed_speed", None) is not None:
             start = initial if isinstance(initial, Mapping) else {}
             angle = start.get("crank_angle") or (start.get("angle") or {}).get(drive.link) or 0.0
-            yield from turning.cannot_turn(mechanism, angle, _travel(drive, **given))
+            yield from ideal.cannot_turn(mechanism, angle, _travel(drive, **given))
 
     problems.__signature__ = Signature([Parameter(name, Parameter.KEYWORD_ONLY) for name in known])  # type: ignore[attr-defined]
     return problems
@@ -174,7 +173,7 @@ def doubts(mechanism: Any, initial: Any = None, section: Any = None) -> Iterator
     apart = journal_distances(mechanism, initial) if placed else None
     yield from plausible.doubts(mechanism, initial, section, apart)
     if linkage and not mechanism.as_meant:
-        yield from turning.doubts(mechanism)
+        yield from ideal.doubts(mechanism)
 
 
 def _warned(arguments: dict[str, Any]) -> None:

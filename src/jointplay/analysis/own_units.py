@@ -92,7 +92,7 @@ def _limits(mechanism: Any, table: Any) -> Any:
 
 def _limited(mechanism: Any, name: str) -> str | None:
     """Units of a quantity: of ``largest:normal_force:B`` those of the middle word."""
-    from jointplay.analysis.tolerances.asked_quantities import COUNTED, OF_JOINT, PLAIN
+    from jointplay.analysis.tolerances.spreads import COUNTED, OF_JOINT, PLAIN
 
     head, word, label = (*name.split(":", 2), "", "")[:3]
     if word == "state" and isinstance(mechanism, TestSystem):

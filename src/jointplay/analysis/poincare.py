@@ -8,21 +8,20 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from jointplay.analysis import left_out, rates, rules
+from jointplay.analysis import evaluate, rules
+from jointplay.analysis.cells import evaluated
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, beyond_the_model, joint_flags, run_values
 from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.analysis.keywords import HANDED, Lasting, Moving, Names, analysis
 from jointplay.analysis.labels import Out
-from jointplay.analysis.partial import evaluated
 from jointplay.analysis.period import period
 from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.display.number_text import plain
 from jointplay.solver.mechanism.base import Flag
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
-from jointplay.solver.motion.batching import batchable, batched
-from jointplay.solver.motion.eligibility import FOLLOWED, ROUTES
+from jointplay.solver.motion.eligibility import FOLLOWED, ROUTES, batchable, batched
 from jointplay.solver.motion.ensemble_runs import ensemble_fits
 from jointplay.solver.motion.trajectory import Records, Request, follow
 
@@ -85,7 +84,7 @@ def _started(mechanism: Mechanism | TestSystem, initial: Any, section: Any, reco
     *(rules.length_fits, rules.section_fits, rules.record_fits, ensemble_fits),
     model=_started,
     outputs=OUTPUTS,
-    left_out=left_out.lasting(50, 200),
+    left_out=rules.lasting(50, 200),
 )
 def poincare(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
@@ -127,7 +126,7 @@ def poincare(  # noqa: D417 (nobody gives it the model)
         fields["stop_after"] = before + math.ceil(motion["turns"])
         end *= rules.SLACK
     limit = rules.steps(motion["max_steps"])
-    request = Request(end, motion["rtol"], max_steps=limit, rates=rates.needed(model, names), **fields)
+    request = Request(end, motion["rtol"], max_steps=limit, rates=evaluate.needed(model, names), **fields)
     run = partial(follow, model, request, motion["progress"])
     records = batched(ensemble, run, followed_together)
     first = -math.inf if counted else begin
@@ -141,7 +140,7 @@ def _dataset(
 ) -> xr.Dataset:
     """The dataset of the section points from a time on, every so many-th."""
     rows = records.sections[records.sections[:, 2] >= begin][::step]
-    points = rates.quantities(model, rtol, records, rows[:, 2:])
+    points = evaluate.quantities(model, rtol, records, rows[:, 2:])
     values = {"turn": np.arange(len(rows)), "time": points.time, "followed": records.route}
     values |= {"section_joint": rows[:, 0].astype(np.int16), "section_event": rows[:, 1]}
     groups, warning = {"QUANTITY": points.variables(names, "turn")}, beyond_the_model(points)

@@ -21,8 +21,7 @@ from jointplay.analysis.contacts import CONTACT, IMPACT, KIND, ROW, TIME
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.labels import Out
 from jointplay.analysis.quantities import WORDS
-from jointplay.display.number_text import plain
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure, plain
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import Mode
 from jointplay.solver.motion.trajectory import Records

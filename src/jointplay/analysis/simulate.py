@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 import numpy as np
 from pydantic import AfterValidator
 
-from jointplay.analysis import left_out, rates, recorded_spans, rules
+from jointplay.analysis import evaluate, recorded_spans, rules
+from jointplay.analysis.cells import MOST, evaluated
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, Quantities, beyond_the_model, joint_flags, run_values
-from jointplay.analysis.exponents.section_exponents import timeless
+from jointplay.analysis.exponents.frame_growth import has_no_clock
 from jointplay.analysis.keywords import HANDED, Lasting, Moving, Names, analysis, listed
 from jointplay.analysis.labels import Out
-from jointplay.analysis.partial import MOST, evaluated
 from jointplay.analysis.quantities import EVENTS, WORDS, recorded
 from jointplay.analysis.starts import moved, placed, whole_names
 from jointplay.display.errors import Problem, refuse
@@ -175,7 +175,7 @@ def _started(mechanism: Mechanism | TestSystem, initial: Any, section: Any, reco
     rules.section_fits,
     rules.record_fits,
     outputs=OUTPUTS,
-    left_out=left_out.lasting(20, 5),
+    left_out=rules.lasting(20, 5),
     model=_started,
 )
 def simulate(  # noqa: D417 (nobody gives it the model)
@@ -245,7 +245,7 @@ def simulate(  # noqa: D417 (nobody gives it the model)
         steps=steps or even is not None,
         events=True,
         max_steps=rules.steps(motion["max_steps"]),
-        rates=rates.needed(model, [*names, *sized]),
+        rates=evaluate.needed(model, [*names, *sized]),
         **rules.section_fields(section, model, 0),
     )
 
@@ -261,7 +261,7 @@ def simulate(  # noqa: D417 (nobody gives it the model)
         if sought:
             parts = [records.steps[recorded_spans.between(records.steps, model.period), 2:]]
             parts += [] if shared else [records.samples[~asked]]
-        history, *looked = rates.together(model, motion["rtol"], records, rows, *parts)
+        history, *looked = evaluate.together(model, motion["rtol"], records, rows, *parts)
         groups = {"QUANTITY": history.variables(names, "time")}
         if sought:
             own, at_even = looked if len(looked) > 1 else (*looked, history)
@@ -270,7 +270,7 @@ def simulate(  # noqa: D417 (nobody gives it the model)
         values = {"time": history.time} | recorded_spans.contacts(model, records, reached)
         if section:
             points = records.sections[records.sections[:, 2] >= begin, 2:]
-            cut = rates.quantities(model, motion["rtol"], records, points)
+            cut = evaluate.quantities(model, motion["rtol"], records, points)
             values["section_time"] = cut.time
             groups["section_QUANTITY"] = cut.variables(names, "turn", prefix="section_")
         result = _dataset(model, records, history, values, groups)
@@ -337,7 +337,7 @@ def end_state(model: Model, records: Records) -> np.ndarray:
 
 def _starts_anew(model: Model, time: float) -> bool:
     """Whether the time that has passed is of no account."""
-    if timeless(model):
+    if has_no_clock(model):
         return True
     if not model.links:
         return math.isclose(time / model.period, round(time / model.period), abs_tol=WHOLE)

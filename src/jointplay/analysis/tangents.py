@@ -115,7 +115,7 @@ class Bundle:
     def advance(self, until: float = np.inf, tell: Callable[[], None] | None = None) -> int:
         """Go on until that time, or the rows are full, or the run ends; give back which it was (method.flow).
 
-        `tell` is called after each piece of the run (motion.pieces).
+        `tell` is called after each piece of the run (motion.trajectory).
         """
         structure, options = self.model.structure, self.options
         derivatives = variations(structure, self._names)

@@ -162,16 +162,16 @@ def print_schema(arguments: Namespace) -> int:
 )
 def keep_cache(arguments: Namespace) -> int:
     """List the compiled kernels on the disk, verify the ones in use, or remove the ones of older sources."""
-    from jointplay.solver.codegen import upkeep
+    from jointplay.solver.codegen import place
 
     if arguments.all and arguments.action != "prune":
         raise InputError([Problem("--all", arguments.action, "accepted beside prune only")])
     if arguments.action == "verify":
-        sound, removed = upkeep.verify()
+        sound, removed = place.verify()
         print(f"{sound} files of the kernels in use are sound; {removed} were damaged and have been removed")
         return FAILED if removed else DONE
     if arguments.action == "prune":
-        print(f"removed {len(upkeep.prune(arguments.all))} of the cached kernel folders")
-    for entry in upkeep.entries():
+        print(f"removed {len(place.prune(arguments.all))} of the cached kernel folders")
+    for entry in place.entries():
         print(entry)
     return DONE

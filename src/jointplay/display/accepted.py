@@ -1,16 +1,21 @@
 """Errors of pydantic in plain English, with the accepted values read from the model's fields.
 
 Nouns and units come from a field's description and its `units`; limits from its constraints.
+
+Descriptions of parameters and fields, as the docstrings of functions and records give them.
 """
 
 from __future__ import annotations
 
 import math
 import numbers
+import re
+import textwrap
 import types
 import typing
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from inspect import cleandoc, getdoc, isclass
 from typing import Any
 
 from jointplay.display.errors import NOTHING, SHOWN, InputError, Problem, join, unknown
@@ -18,6 +23,8 @@ from jointplay.display.number_text import typed
 
 _UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 _BOUNDS = {"gt": "greater than", "ge": "of at least", "lt": "less than", "le": "at most"}
+
+_HEAD = "Parameters\n----------\n"
 
 
 def from_pydantic(error: Any, model: Any = None, root: str = "") -> InputError:
@@ -253,3 +260,59 @@ def _bounds(marks: Iterable[Any]) -> dict[str, float]:
         if typing.get_origin(mark) in (typing.Union, types.UnionType):
             bounds |= _bounds(typing.get_args(mark))
     return bounds
+
+
+def descriptions(documented: Any) -> dict[str, str]:
+    """Give the description of each parameter of a function, or of each field of a record, in one line.
+
+    Parameters
+    ----------
+    documented : function or type
+        With a numpydoc docstring; of a record, those of its bases hold too.
+
+    Returns
+    -------
+    dict of str to str
+        By name, in the order of the docstring.
+    """
+    if isclass(documented):
+        above = [base for base in documented.__mro__ if base.__doc__ and base is not object]
+        texts = [_parameters(getdoc(base) or "") for base in reversed(above)]
+        return {name: text for each in texts for name, text in each.items()}
+    return _parameters(getdoc(documented) or "")
+
+
+def with_parameters(doc: str | None, *more: type) -> str:
+    """A docstring extended by the parameters of classes, except any that it describes itself."""
+    text = cleandoc(doc or "")
+    known, told = {*_parameters(text)}, ""
+    for names, kind, about in (each for one in more for each in _paragraphs(getdoc(one) or "")):
+        left = [name for name in names.split(", ") if name not in known]
+        told += f"\n{', '.join(left)}{kind}\n{about.rstrip()}" if left else ""
+        known |= {*left}
+    before, head, after = text.partition(_HEAD)
+    own, gap, rest = after.partition("\n\n")
+    return before + head + own + told + gap + rest
+
+
+def with_returns(doc: str | None, given: str) -> str:
+    """A docstring with a section `Returns` on a dataset, put before `Raises`."""
+    before, gap, rest = cleandoc(doc or "").partition("\n\nRaises\n------\n")
+    lines = textwrap.indent(given, "    ", lambda line: True)
+    return f"{before}\n\nReturns\n-------\nxarray.Dataset\n{lines}{gap}{rest}"
+
+
+def _paragraphs(doc: str) -> Iterable[tuple[str, str, str]]:
+    """Names, kind and meaning of the parameters of a docstring, as they stand there."""
+    text = doc.partition(_HEAD)[2].partition("\n\n")[0]
+    return re.findall(r"^(\S[^:\n]*?)( :.*)?\n((?:    .*\n?)+)", text, re.M)
+
+
+def _parameters(doc: str) -> dict[str, str]:
+    found = _paragraphs(doc)
+    return {name: " ".join(about.split()) for names, _, about in found for name in names.split(", ")}
+
+
+def first_sentence(text: str) -> str:
+    """Give the first sentence of a description, without its full stop."""
+    return re.split(r"\.\s+(?=[A-Z0-9`])|\.$", text, maxsplit=1)[0]

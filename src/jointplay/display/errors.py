@@ -2,6 +2,8 @@
 
 Only the standard library is needed here, so that the command line can start and fail fast; pydantic's
 errors and models are read by their attributes alone.
+
+The seal of a result: a digest of all that is in it, by which one that was changed afterwards is known.
 """
 
 from __future__ import annotations
@@ -17,10 +19,17 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
+from importlib.metadata import version
 from itertools import islice, takewhile
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from jointplay.display.number_text import typed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SEAL = "seal"  # the attribute that holds it
+CLOCKS = ("wall_time",)  # whose values differ between runs that are otherwise the same
 
 
 class _Nothing:
@@ -50,8 +59,14 @@ class _Short(reprlib.Repr):
 
 
 _SHORT = _Short()
+
+
 _SHORT.maxstring = _SHORT.maxother = 120
+
+
 PARTLY = 3  # names suggested that have the unknown one as a part
+
+
 SHOWN = 100  # problems that a message names one by one
 
 
@@ -145,8 +160,6 @@ def of_a_result(given: Any, but: Callable[[Exception], bool] = lambda error: Fal
     except (InputError, OSError, MemoryError):
         raise
     except Exception as error:
-        from jointplay.display.seal import intact  # late: it needs NumPy
-
         if but(error) or intact(given):
             raise
         why = " ".join(f"{type(error).__name__}: {error}".split())[: _SHORT.maxother]
@@ -225,3 +238,45 @@ def _shown(given: Any) -> str:
         given = given.item()
     plain = isinstance(given, numbers.Number) and not isinstance(given, int)
     return repr(given) if plain and not isinstance(given, float) else _SHORT.repr(given)
+
+
+def sealed(dataset: xr.Dataset) -> xr.Dataset:
+    """A copy of a result that holds the seal of its present content."""
+    return dataset.assign_attrs({SEAL: _digest(dataset)})
+
+
+def intact(dataset: Any) -> bool:
+    """Whether a result is as this version of the program sealed it, on the disk or in memory."""
+    seal = getattr(dataset, "attrs", {}).get(SEAL)
+    return isinstance(seal, str) and seal == _digest(dataset)
+
+
+def _digest(dataset: xr.Dataset) -> str:
+    import hashlib
+
+    total = hashlib.sha256(version("jointplay").encode())
+    for part in _parts(dataset):
+        total.update(part)
+    return total.hexdigest()[:16]
+
+
+def _parts(dataset: xr.Dataset) -> Iterator[bytes]:
+    """Content in an order of its own, in forms that a file gives back as they were."""
+    import numpy as np
+
+    yield repr(_plain(dataset.attrs)).encode()
+    for name in sorted(map(str, dataset.variables)):
+        variable = dataset.variables[name]
+        values = np.asarray(variable.values)
+        text = values.dtype.kind in "OU"
+        kind = "text" if text else values.dtype.str
+        yield repr((name, variable.dims, values.shape, kind, _plain(variable.attrs))).encode()
+        if name not in CLOCKS:
+            yield repr(values.tolist()).encode() if text else np.ascontiguousarray(values).tobytes()
+
+
+def _plain(attributes: Mapping[Any, Any]) -> list[tuple[str, Any]]:
+    """Attributes by name, numbers as lists of numbers; the seal is no part of what it is a digest of."""
+    import numpy as np
+
+    return sorted((str(name), np.ravel(each).tolist()) for name, each in attributes.items() if name != SEAL)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from jointplay.figures.drawing import artists, style, window_panels
+from jointplay.figures.drawing import artists, style, timebase
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -167,7 +167,7 @@ def once(rows: Sequence[Sequence[Axes]]) -> None:
     for row in rows:
         for ax in row:
             ax.tick_params(labelleft=True)
-        window_panels.level(row)
+        timebase.level(row)
     for row in rows[:-1]:
         for ax in row:
             ax.set_xlabel("")

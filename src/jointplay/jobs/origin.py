@@ -66,7 +66,7 @@ def processor() -> str:
 
     NUMBA_CPU_NAME and NUMBA_CPU_FEATURES are heeded.
     """
-    from jointplay.solver.codegen.objects import target
+    from jointplay.solver.codegen.place import target
 
     triple, name, features = target()
     return f"{name} {hashlib.sha256(f'{triple} {features}'.encode()).hexdigest()[:8]}"

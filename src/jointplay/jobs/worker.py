@@ -17,8 +17,8 @@ from functools import partial
 from pathlib import Path
 from typing import Self
 
-from jointplay.jobs.frames import write_part
 from jointplay.jobs.job import KEY, Entry, Job
+from jointplay.jobs.journal import write_part
 from jointplay.jobs.origin import Origin, code, own
 from jointplay.jobs.parallel import side_by_side
 from jointplay.solver.motion.progress import heard

@@ -11,16 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, TypeAdapter
 
-from jointplay.analysis.left_out import NONE
 from jointplay.analysis.own_units import in_own_units
-from jointplay.display.described import descriptions
+from jointplay.analysis.rules import NONE
+from jointplay.display.accepted import descriptions
 from jointplay.display.errors import NOTHING, InputError, Problem, unknown
 from jointplay.kinds import KINDS, Kind
 from jointplay.solver.mechanism.measures import PATTERN
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.study import toml_text
-from jointplay.study.mechanism_table import build_mechanism
-from jointplay.study.models import TABLES, Study, in_a_study, keyword_of, models
+from jointplay.study.models import TABLES, Study, build_mechanism, in_a_study, keyword_of, models
 from jointplay.study.results import provenance
 from jointplay.study.results.store import open_result
 from jointplay.study.vary_table import in_own_units as varied_in_own_units

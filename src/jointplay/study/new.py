@@ -8,8 +8,7 @@ import textwrap
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any, Literal, get_args, get_origin
 
-from jointplay.display.accepted import accepted_values, units_of
-from jointplay.display.described import descriptions, first_sentence
+from jointplay.display.accepted import accepted_values, descriptions, first_sentence, units_of
 from jointplay.display.errors import InputError, Problem, refuse, unknown
 from jointplay.display.number_text import typed
 from jointplay.kinds import KINDS, Kind

@@ -8,7 +8,7 @@ import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.number_text import plain
-from jointplay.figures.drawing import artists, select, style, table
+from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 
 if TYPE_CHECKING:
@@ -44,9 +44,9 @@ def readings(dataset: Dataset) -> Figure:
     select.require(dataset, "readings", ("reading", "panel"), "a result over reading and panel")
     part = sum(COLUMNS.values())
     width = NAMES + (part + 1.5) * dataset.sizes["panel"] + 1.0
-    figure, ax = table.page(width, HEAD + ROW * dataset.sizes["reading"] + FOOT)
+    figure, ax = artists.page(width, HEAD + ROW * dataset.sizes["reading"] + FOOT)
     for row, name in enumerate(select.labels(dataset, "reading")):
-        table.write(ax, 1.0, HEAD + (row + 0.5) * ROW, name.replace("_", " "))
+        artists.write(ax, 1.0, HEAD + (row + 0.5) * ROW, name.replace("_", " "))
     most = float(dataset["separations"].max())
     for number, panel in enumerate(select.labels(dataset, "panel")):
         panel_columns(ax, dataset.sel(panel=panel), NAMES + number * (part + 1.5), most)
@@ -57,9 +57,9 @@ def panel_columns(ax: Axes, part: Dataset, left: float, most: float) -> None:
     """Draw the columns of one panel, from `left` mm on; cells with `most` separations are darkest."""
     edges = dict(zip(COLUMNS, left + np.cumsum([0, *COLUMNS.values()]), strict=False))
     middle = left + sum(COLUMNS.values()) / 2
-    table.write(ax, middle, 2.0, panel_title(part), ha="center", fontsize=8)
+    artists.write(ax, middle, 2.0, panel_title(part), ha="center", fontsize=8)
     for name, words in HEADINGS.items():
-        table.write(ax, edges[name] + COLUMNS[name] / 2, HEAD - 1.0, words, ha="center", va="bottom")
+        artists.write(ax, edges[name] + COLUMNS[name] / 2, HEAD - 1.0, words, ha="center", va="bottom")
     motions = codes.words(part["motion"]).values
     for row in range(part.sizes["reading"]):
         one = part.isel(reading=row)
@@ -71,7 +71,7 @@ def panel_columns(ax: Axes, part: Dataset, left: float, most: float) -> None:
             "section": ("", 0.0),
         }
         for name, (words, shade) in shown.items():
-            table.cell(ax, (edges[name], HEAD + row * ROW, COLUMNS[name], ROW), words, shade)
+            artists.cell(ax, (edges[name], HEAD + row * ROW, COLUMNS[name], ROW), words, shade)
     if {"section_x", "section_y"} <= set(part):
         sections(ax, part, edges["section"])
 

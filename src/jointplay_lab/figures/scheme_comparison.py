@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.display.units import PLAIN, measure
+from jointplay.display.number_text import PLAIN, measure
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 

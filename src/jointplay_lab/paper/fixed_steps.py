@@ -12,8 +12,7 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.display.errors import InputError, Problem
 from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.motion.pieces import Pace, in_pieces
-from jointplay.solver.motion.trajectory import Request, follow, functions, memory
+from jointplay.solver.motion.trajectory import Pace, Request, follow, functions, in_pieces, memory
 
 SAMPLES = 96  # of a nominal turn, at which the eigenvalues are looked at
 LOOSE = 1e-4  # tolerance of the turn on which they are

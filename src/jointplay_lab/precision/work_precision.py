@@ -38,9 +38,8 @@ from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.progress import ticked
 from jointplay.solver.motion.trajectory import MAX_STEPS
-from jointplay_lab.precision.contenders import Cvode, Dop853, Lsoda, Ours, Outcome, Peer, Radau
+from jointplay_lab.precision.contenders import Cvode, Dop853, Heyoka, Lsoda, Ours, Outcome, Peer, Radau
 from jointplay_lab.precision.generated_code import Equations, units
-from jointplay_lab.precision.taylor import Heyoka
 
 PEERS: dict[str, type[Peer]] = {peer.name: peer for peer in (Heyoka, Cvode, Lsoda, Radau, Dop853)}
 

@@ -17,12 +17,11 @@ import numpy as np
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import FACTORS
 from jointplay.solver.equations.laws import LAWS as NORMAL
-from jointplay.solver.mechanism.catalog import presets, published, six_bars
+from jointplay.solver.mechanism.catalog import presets, published
 from jointplay.solver.mechanism.parts.beam import Link
 from jointplay.solver.mechanism.parts.drive import PrescribedTorque, SpeedCycle, SpeedProfile
 from jointplay.solver.mechanism.parts.joints import Contact, Friction, Joint
-from jointplay.solver.mechanism.parts.loads import Force, Torque
-from jointplay.solver.mechanism.parts.springs import Spring, TorsionSpring
+from jointplay.solver.mechanism.parts.loads import Force, Spring, Torque, TorsionSpring
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay_lab.stress import ranges
 
@@ -163,8 +162,8 @@ PRESETS: dict[str, tuple[Callable[..., Mechanism], str, Callable[[Random, Mechan
     "guide": (presets.slider_crank, "G", _uneven),
     "moving_guide": (presets.quick_return, "S", _pushed),
     "stretching_rod": (published.ivp_crank, "B", _plain),
-    "stephenson": (six_bars.stephenson, "BD", _run_up),
-    "watt": (six_bars.watt, "E", _turned),
+    "stephenson": (presets.stephenson, "BD", _run_up),
+    "watt": (presets.watt, "E", _turned),
     "quick_return": (presets.quick_return, "E", _loaded),
     "three_clearances": (partial(published.siconos_four_bar, restitution=None, drive=None), "ABC", _plain),
 }
@@ -174,9 +173,15 @@ def preset(random: Random, name: str, laws: tuple[str, str]) -> tuple[Mechanism,
     """Draw a mechanism of the catalog, and its crank's starting angle, and speed where nothing drives it."""
     make, loose, carried = PRESETS[name]
     clearance = ranges.logarithmic(random, (ranges.CLEARANCE[0], 1e-3))
-    contact = {"stiffness": ranges.logarithmic(random, ranges.STIFFNESS), "damping": ranges.damping(random)}
+    contact = {
+        "stiffness": ranges.logarithmic(random, ranges.STIFFNESS),
+        "damping": ranges.damping(random),
+    }
     friction = ranges.even(random, ranges.FRICTION)
-    speed, heavier = ranges.logarithmic(random, ranges.TURNING), ranges.logarithmic(random, ranges.MASS)
+    speed, heavier = (
+        ranges.logarithmic(random, ranges.TURNING),
+        ranges.logarithmic(random, ranges.MASS),
+    )
     made = make(clearance=dict.fromkeys(loose, clearance), gravity=9.8)
     links = [dict(k) | _sized(random, k, heavier) for k in made.links]
     held = {"friction": Friction(coefficient=friction)}
@@ -203,7 +208,11 @@ def _sized(random: Random, link: Link, heavier: float) -> dict[str, Any]:
         at, mass = -ranges.even(random, (0.1, 1.0)) * link.length, ranges.even(random, (0.01, 1.0))
         size |= {"masses": ({"at": at, "mass": mass * size["mass"]},)}
     if link.elastic:
-        drawn = {"modulus": ranges.logarithmic(random, ranges.MODULUS), "area": None, "second_moment": None}
+        drawn = {
+            "modulus": ranges.logarithmic(random, ranges.MODULUS),
+            "area": None,
+            "second_moment": None,
+        }
         drawn |= {"damping_ratio": ranges.even(random, ranges.DAMPING_RATIO)}
         size |= {"beam": dict(link.beam) | drawn}
     return size

@@ -17,8 +17,8 @@ from jointplay.display.errors import Problem, unknown
 from jointplay.solver.mechanism.loops.four_bar import FourBar, find_four_bar
 from jointplay.solver.mechanism.records import GROUND, MAIN_JOINT, Mechanism, MotorLine
 from jointplay_lab.stress import ranges
-from jointplay_lab.stress.geometry import GEOMETRIES, laid, moving
 from jointplay_lab.stress.others import PRESETS, ROWS, pairs, preset, shallow, with_laws
+from jointplay_lab.stress.ranges import GEOMETRIES, laid, moving
 
 CORNERS = 64
 VARIANTS: dict[str, dict[str, Any]] = {

@@ -31,8 +31,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.display.errors import InputError
-from jointplay.display.number_text import raised
-from jointplay.display.units import PLAIN, shown
+from jointplay.display.number_text import PLAIN, raised, shown
 from jointplay.solver.mechanism.base import is_number
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.paths import parts_of

@@ -22,12 +22,11 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis import rates, rules
-from jointplay.analysis.assessment import grades
+from jointplay.analysis import evaluate, rules
+from jointplay.analysis.assessment import page
 from jointplay.analysis.assessment.page import ALIKE
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.exponents.frame_growth import SOLVED, frame
-from jointplay.analysis.exponents.section_exponents import timeless
+from jointplay.analysis.exponents.frame_growth import SOLVED, frame, has_no_clock
 from jointplay.analysis.quantities import EVENTS, WORDS
 from jointplay.analysis.tangents import measures, scales, tolerated
 from jointplay.display.errors import InputError, refuse
@@ -66,12 +65,12 @@ ARRAYS = ("s", "p", "absolute", "relative", "margin", "clearance_squared", "cone
 TOLERANCES = ("speed_tolerance", "height_tolerance", "gap_rounding", "rate_tolerance")
 OPTIONS = ("h_max", "chatter_time", *TOLERANCES)
 LIMITS = {  # of an assessment's grades and words
-    "names": grades.GRADES,
-    "meaning": grades.MEANING,
-    "gentle": grades.GENTLE,
-    "hard": grades.HARD,
-    "light": grades.LIGHT,
-    "heavy": grades.HEAVY,
+    "names": page.GRADES,
+    "meaning": page.MEANING,
+    "gentle": page.GENTLE,
+    "hard": page.HARD,
+    "light": page.LIGHT,
+    "heavy": page.HEAVY,
     "alike": ALIKE,
 }
 LOG_ROWS = 512
@@ -130,7 +129,7 @@ def solver(
 
     def request(model: Model) -> Request:
         fields = rules.section_fields(section, model, 0)
-        sharp = rates.needed(model, (name for name, _ in shown))
+        sharp = evaluate.needed(model, (name for name, _ in shown))
         return Request(math.inf, rtol, log_from=0.0, events=True, rates=sharp, **fields)
 
     loops = closing(mechanism, initial, model)
@@ -269,7 +268,7 @@ def _begun(model: Model, request: Request) -> dict[str, Any]:
 
 def _tangents(model: Model, request: Request, options: Any, n_s: int) -> dict[str, Any]:
     """One tangent, and the motion's own direction before it where nothing outside keeps the time."""
-    neutral = timeless(model)
+    neutral = has_no_clock(model)
     wanted = frame(1 + neutral, scales(model), model.memories)
     made = tangents(wanted, measures(model), options.n, 0, 1, n_s=n_s)  # tangentRows, where it runs
     made.count[SALTATION], made.count[NEUTRAL] = 1, neutral

@@ -7,10 +7,18 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.coexisting.identity import EVENTS, identities
-from jointplay.analysis.coexisting.lasting import UNSETTLED, Motions
+from jointplay.analysis.coexisting.attractors import EVENTS, identities
+from jointplay.analysis.coexisting.lasting import (
+    AMONG,
+    ENOUGH,
+    UNSETTLED,
+    Cloud,
+    FromAfar,
+    Lasting,
+    Motions,
+    along,
+)
 from jointplay.analysis.coexisting.passes import PILOTS
-from jointplay.analysis.coexisting.recognition import AMONG, ENOUGH, Cloud, FromAfar, Lasting, along
 from jointplay.analysis.coexisting.region import drawn
 from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.states.ends import Observation

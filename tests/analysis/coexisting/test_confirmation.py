@@ -7,12 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from jointplay.analysis.coexisting import edge as edge_module
-from jointplay.analysis.coexisting.edge import Boundary, edge_state
-from jointplay.analysis.coexisting.identity import distance
-from jointplay.analysis.coexisting.lasting import FAILED, UNSETTLED
-from jointplay.analysis.coexisting.recognition import Lasting, along
-from jointplay.analysis.coexisting.smallest import ABOVE, AT, BELOW, smallest
+from jointplay.analysis.coexisting import tipping as edge_module
+from jointplay.analysis.coexisting.attractors import distance
+from jointplay.analysis.coexisting.knocks import ABOVE, AT, BELOW, smallest
+from jointplay.analysis.coexisting.lasting import FAILED, UNSETTLED, Lasting, along
+from jointplay.analysis.coexisting.tipping import Boundary, edge_state
 from tests.analysis.coexisting.test_tipping import told
 
 

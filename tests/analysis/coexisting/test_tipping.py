@@ -8,16 +8,24 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.coexisting.knocks import Knock, knocks, speeds_by_moment
-from jointplay.analysis.coexisting.lasting import FAILED, Motions
-from jointplay.analysis.coexisting.point_impulses import Impulse
-from jointplay.analysis.coexisting.recognition import FromAfar, Lasting
-from jointplay.analysis.coexisting.smallest import ABOVE, AT, BELOW, Knocked, Place, smallest
+from jointplay.analysis.coexisting.knocks import (
+    ABOVE,
+    AT,
+    BELOW,
+    Impulse,
+    Knock,
+    Knocked,
+    Place,
+    knocks,
+    smallest,
+    speeds_by_moment,
+)
+from jointplay.analysis.coexisting.lasting import FAILED, FromAfar, Lasting, Motions
 from jointplay.analysis.coexisting.tipping import returned
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.rules import section_of
+from jointplay.analysis.starts import Journals
 from jointplay.analysis.states.ends import Observation
-from jointplay.analysis.states.journal_position import Journals
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.assemble import assemble
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from jointplay.analysis.curves import corners
+from jointplay.analysis.curves import tracing
 from jointplay.solver.method.codes import Event
 
 EVENTS = np.array([[0, Event.STICK_ONSET, 0.1], [1, Event.CONTACT, 0.4], [1, Event.SEPARATION, 0.5]])
@@ -20,11 +20,11 @@ def beside(monkeypatch, fewer):
         image = None if events is None else SimpleNamespace(events=events)
         return SimpleNamespace(status=int(events is None), image=image)
 
-    monkeypatch.setattr(corners, "newton", newton)
+    monkeypatch.setattr(tracing, "newton", newton)
     family = SimpleNamespace(at=lambda q, like: q, tolerance=1e-9)
     orbit = SimpleNamespace(image=SimpleNamespace(events=EVENTS), state=np.zeros(2), map=None)
     last = SimpleNamespace(tangent=np.array([9.0, 3.0, 4.0]), q=np.array([0.5, 0.5]), orbit=orbit)
-    return [(float((q - last.q) @ ACROSS), event) for _, q, event in corners._across(family, last)]
+    return [(float((q - last.q) @ ACROSS), event) for _, q, event in tracing._across(family, last)]
 
 
 @pytest.mark.parametrize(

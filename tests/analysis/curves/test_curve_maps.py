@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from jointplay.analysis.curves.corners import _unstuck as unstuck
 from jointplay.analysis.curves.tracing import CONDITIONS, Curves, starts_of
+from jointplay.analysis.curves.tracing import _unstuck as unstuck
 from jointplay.analysis.orbits.arclength import first
 from jointplay.analysis.orbits.continuation import Explorer
 from jointplay.analysis.orbits.shooting import newton

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.curves.margins import Guards
+from jointplay.analysis.curves.grazing import Guards
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.starts import placed
 from jointplay.solver.method.codes import Mode

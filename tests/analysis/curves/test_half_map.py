@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jointplay import CrankAngle, catalog
-from jointplay.analysis.curves.half_map import HalfMap, halved
+from jointplay.analysis.curves.grazing import HalfMap, halved
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.orbits.shooting import newton
 from jointplay.solver.mechanism.assemble import assemble

@@ -3,12 +3,12 @@
 import pytest
 import xarray as xr
 
-from jointplay.analysis.curves.curve_starts import KINDS, labels_fit
+from jointplay.analysis.curves.curve import SPECIAL, labels_fit
 
 PLANE = {"clearance": (1e-5, 1e-4), "gear_ratio": (2.0, 4.0)}
 BRANCHES = xr.Dataset(
     {
-        "special_kind": ("special", [KINDS.index(kind) for kind in ("fold", "period_doubling")]),
+        "special_kind": ("special", [SPECIAL.index(kind) for kind in ("fold", "period_doubling")]),
         "clearance": ("point", [1e-5, 1e-4], {"key": "clearance"}),
     },
     attrs={"parameter": "clearance", "kind": "continuation"},

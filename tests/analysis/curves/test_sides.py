@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from jointplay.analysis.curves import curve_starts, tracing
+from jointplay.analysis.curves import curve as curves
+from jointplay.analysis.curves import tracing
 from jointplay.analysis.curves.grazing import SHORT, Grazing
 
 
@@ -18,10 +19,10 @@ def test_a_grazing_starts_on_the_side_with_fewer_events(monkeypatch, first, seco
     """Whichever side is met first, in results and on branches."""
     event, sides = (0, 1), [(orbit(first), 0.1), (orbit(second), 0.2)]
     monkeypatch.setattr(
-        curve_starts, "changed_event", lambda one, other: event if one.shape != other.shape else None
+        curves, "changed_event", lambda one, other: event if one.shape != other.shape else None
     )
-    assert curve_starts._fewer_events(iter(sides), event)[1] == sides[taken][1]
-    assert curve_starts._fewer_events(iter([sides[0], sides[0]]), event)[1] == sides[0][1]
+    assert curves._fewer_events(iter(sides), event)[1] == sides[taken][1]
+    assert curves._fewer_events(iter([sides[0], sides[0]]), event)[1] == sides[0][1]
     points = [SimpleNamespace(orbit=each) for each, _ in sides]
     monkeypatch.setattr(tracing, "same_orbit_events", lambda one, other: one is other)
     for special in points:

@@ -9,8 +9,7 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
-from jointplay.analysis.exponents.covariant import Participation
-from jointplay.analysis.exponents.covariant_vectors import angles_between
+from jointplay.analysis.exponents.covariant import Participation, angles_between
 from jointplay.analysis.starts import state_names
 from jointplay.solver.mechanism.assemble import assemble
 from tests.support.tangent_map import tangent_map

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from jointplay.analysis.exponents import batch_means
-from jointplay.analysis.exponents.covariant_vectors import (
+from jointplay.analysis.exponents.covariant import (
     angles_between,
     backward,
     factors,

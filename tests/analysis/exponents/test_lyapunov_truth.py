@@ -10,7 +10,7 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.quantities import EVENTS
 from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.method.tangents.frame import orthonormalise
+from jointplay.solver.method.tangents.tangent import orthonormalise
 from tests.analysis.exact_maps import TAU, Symmetric, distinct, strobed, symmetry_lost
 from tests.support.tangent_map import tangent_map
 

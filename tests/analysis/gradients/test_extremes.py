@@ -5,8 +5,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.gradients.evaluated import STEP, _atan2
-from jointplay.analysis.gradients.gradient import _start
+from jointplay.analysis.gradients.gradient import STEP, _atan2, _start
 from tests.support import driven
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.optima.trials import Aim, Trial, best
+from jointplay.analysis.gradients.optimise import Aim, Trial, best
 from tests.support import optima
 
 ROOT = Path(__file__).parents[3]

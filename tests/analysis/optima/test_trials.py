@@ -9,10 +9,18 @@ import scipy.optimize
 import xarray as xr
 
 import jointplay as jp
-from jointplay.analysis.optima import optimise
-from jointplay.analysis.optima import trials as trials_module
-from jointplay.analysis.optima.optimise import _designs_tried, descended, neighbour_values
-from jointplay.analysis.optima.trials import INVALID, Aim, Trial, Trials, best
+from jointplay.analysis.gradients import optimise
+from jointplay.analysis.gradients import optimise as trials_module
+from jointplay.analysis.gradients.optimise import (
+    INVALID,
+    Aim,
+    Trial,
+    Trials,
+    _designs_tried,
+    best,
+    descended,
+    neighbour_values,
+)
 
 FREE = np.array([[-np.inf, np.inf]])
 

@@ -12,8 +12,8 @@ from jointplay.analysis.orbits.branch import ENDS
 from jointplay.analysis.orbits.branch_dataset import Passages, point_row
 from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.orbits.family import Family, Point
-from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.section_map import section_map
+from jointplay.analysis.orbits.shooting import Search, search
 from jointplay.analysis.period import period
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.starts import placed

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from jointplay.analysis.orbits.orbit_events import changed_event
+from jointplay.analysis.orbits.section_map import changed_event
 from jointplay.solver.method.codes import Event
 
 PLAIN = [(0, Event.SLIP_REVERSAL, 0.1), (0, Event.SEPARATION, 0.4), (0, Event.CONTACT, 0.6)]

@@ -8,7 +8,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.orbits import orbit_search
+from jointplay.analysis.orbits import shooting
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.analysis.starts import placed
@@ -156,17 +156,17 @@ def test_an_unstable_orbit_beside_a_stable_one():
 
 
 def test_where_nothing_is_found_another_section_of_the_turn_is_tried(monkeypatch):
-    tried, newton = [], orbit_search.newton
+    tried, newton = [], shooting.newton
 
     def failing(section, *given, **how):
         tried.append(section.phase)
         found = newton(section, *given, **how)
         return found if len(tried) > 1 else replace(found, status=STATUS.index("not_converged"))
 
-    monkeypatch.setattr(orbit_search, "newton", failing)
+    monkeypatch.setattr(shooting, "newton", failing)
     found = jp.periodic_orbit(catalog.soft_impact_pair(2.0, 50.0, 4.0))
     assert found.status == 0
-    assert (tried[1] - tried[0]) % TAU == pytest.approx(orbit_search.ASIDE * TAU)
+    assert (tried[1] - tried[0]) % TAU == pytest.approx(shooting.ASIDE * TAU)
 
 
 def test_trouble_is_a_status():

@@ -8,14 +8,14 @@ from scipy.stats import sem
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.signals import correlation_sum
+from jointplay.analysis.signals import dimension
 from jointplay.analysis.signals.dimension import SHARES, scaled
 
 
 def measured(points, shares=SHARES, window=1):
-    at = correlation_sum.radii(points)
-    sums = correlation_sum.correlation_sum(points, at, window)
-    return at, sums, correlation_sum.fit(points, at, sums, shares, window)
+    at = dimension.radii(points)
+    sums = dimension.correlation_sum(points, at, window)
+    return at, sums, dimension.fit(points, at, sums, shares, window)
 
 
 def henon(count):
@@ -38,7 +38,7 @@ def test_pairs_counted_one_by_one(window):
     apart = np.linalg.norm(points[:, None] - points[None], axis=-1)
     far = np.abs(np.subtract.outer(np.arange(150), np.arange(150))) >= window
     expected = [np.mean(apart[far] <= r) for r in at]
-    assert correlation_sum.correlation_sum(points, at, window) == pytest.approx(expected, abs=1e-15)
+    assert dimension.correlation_sum(points, at, window) == pytest.approx(expected, abs=1e-15)
 
 
 def test_a_circle():
@@ -122,7 +122,7 @@ def test_the_standard_error_is_that_of_the_slopes_of_four_quarters():
     at, sums, slope = measured(points)
     used = at[(sums >= SHARES[0]) & (sums <= SHARES[1])]
     slopes = [
-        np.polyfit(np.log(used), np.log(correlation_sum.correlation_sum(part, used, 1)), 1)[0]
+        np.polyfit(np.log(used), np.log(dimension.correlation_sum(part, used, 1)), 1)[0]
         for part in points.reshape(4, 500, 2)
     ]
     assert slope.standard_error == pytest.approx(sem(slopes))
@@ -131,7 +131,7 @@ def test_the_standard_error_is_that_of_the_slopes_of_four_quarters():
 @pytest.mark.parametrize(("count", "known"), [(11, math.nan), (12, 2.0)])
 def test_twelve_radii_in_the_range_make_a_slope(count, known):
     at = np.geomspace(0.1, 1.0, count)
-    slope = correlation_sum.fit(uniform(100, 2), at, 0.1 * at**2, (1e-4, 0.2), 1)
+    slope = dimension.fit(uniform(100, 2), at, 0.1 * at**2, (1e-4, 0.2), 1)
     assert slope.dimension == pytest.approx(known, nan_ok=True)
 
 

@@ -11,6 +11,7 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.cells import driven, in_memory
 from jointplay.analysis.quantities import STATUS
+from jointplay.analysis.starts import Journals
 from jointplay.analysis.states.basin_uncertainty import (
     PAIRS,
     Pairs,
@@ -20,9 +21,7 @@ from jointplay.analysis.states.basin_uncertainty import (
     wilson,
 )
 from jointplay.analysis.states.basins import random_pairs
-from jointplay.analysis.states.ends import Observation, end_states, shortest_period
-from jointplay.analysis.states.journal_position import Journals
-from jointplay.analysis.states.matching import match, set_distance
+from jointplay.analysis.states.ends import Observation, end_states, match, set_distance, shortest_period
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.display.errors import InputError
 from tests.analysis.exact_maps import Symmetric, strobed

@@ -12,8 +12,7 @@ from jointplay.analysis.exponents.growth import Turn
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import on_section
 from jointplay.analysis.states import start_plane
-from jointplay.analysis.states.divergence import fit_growth
-from jointplay.analysis.states.sensitivity import stretch
+from jointplay.analysis.states.sensitivity import fit_growth, stretch
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.analysis.tangents import scales
 from jointplay.display.errors import InputError

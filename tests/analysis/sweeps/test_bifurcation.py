@@ -8,8 +8,7 @@ import xarray as xr
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.starts import end_of, placed
-from jointplay.analysis.states.journal_position import Journals
+from jointplay.analysis.starts import Journals, end_of, placed
 from jointplay.analysis.sweeps import chains
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.loops.ideal import ideal_state

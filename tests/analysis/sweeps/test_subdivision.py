@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from jointplay.analysis.sweeps.refine import Features, alike
+from jointplay.analysis.sweeps.bifurcation import Features, alike
 from jointplay.analysis.sweeps.subdivision import Box, coarse, refined, representatives
 
 

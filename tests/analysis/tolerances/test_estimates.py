@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from jointplay.analysis.tolerances import estimates
-from jointplay.analysis.tolerances import outcome_edges as edges
+from jointplay.analysis.tolerances import estimates as edges
 from jointplay.analysis.tolerances.outcomes import NO, UNDECIDED, YES
 from jointplay.analysis.tolerances.spreads import Design, Spread
 

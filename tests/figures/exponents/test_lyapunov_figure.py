@@ -9,7 +9,7 @@ import xarray as xr
 from jointplay import figures
 from jointplay.display.errors import InputError
 from jointplay.display.number_text import plain, with_error
-from jointplay.figures.exponents import lyapunov
+from jointplay.figures.analyses import lyapunov
 from tests.figures.support.synthetic import STATUS, flag_words
 
 ONE = {"units": "1", "long_name": "number"}

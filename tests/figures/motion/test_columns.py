@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from jointplay import figures
-from jointplay.figures.drawing import style, timebase, window_panels
+from jointplay.figures.drawing import style, timebase
 from tests.figures.support.synthetic import PERIOD, response
 
 
@@ -135,7 +135,7 @@ def test_columns_fill_the_page_of_a_journal(pair):
     ],
 )
 def test_turns_are_counted_from_1(first, last, words):
-    assert window_panels.turn_words(first, last) == words
+    assert timebase.turn_words(first, last) == words
 
 
 def test_only_the_last_window_is_called_steady():

@@ -4,31 +4,31 @@ import numpy as np
 import pytest
 
 from jointplay import figures
-from jointplay.figures.drawing import angles
+from jointplay.figures.drawing import timebase
 from tests.figures.support.synthetic import response
 
 
 def test_three_ways_tell_the_same_direction():
     truth = np.linspace(-500.0, 800.0, 5001)
-    stored = angles.wrapped(truth)
+    stored = timebase.wrapped(truth)
     assert np.all((stored >= -180) & (stored < 180))
     np.testing.assert_allclose(np.mod(stored - truth, 360.0) % 360.0, 0.0, atol=1e-9)
-    np.testing.assert_allclose(angles.unwrapped(stored) - stored[0], truth - truth[0], atol=1e-9)
+    np.testing.assert_allclose(timebase.unwrapped(stored) - stored[0], truth - truth[0], atol=1e-9)
     radians = np.radians(truth)
     arctan = np.degrees(np.arctan(np.sin(radians) / np.cos(radians)))
     inside = np.abs(np.abs(arctan) - 90) > 1e-6
-    np.testing.assert_allclose(angles.principal(stored)[inside], arctan[inside], atol=1e-9)
+    np.testing.assert_allclose(timebase.principal(stored)[inside], arctan[inside], atol=1e-9)
 
 
 def test_a_third_of_a_turn_between_samples_is_followed():
-    np.testing.assert_allclose(angles.unwrapped(np.array([0.0, 120.0, -120.0, 0.0])), [0, 120, 240, 360])
+    np.testing.assert_allclose(timebase.unwrapped(np.array([0.0, 120.0, -120.0, 0.0])), [0, 120, 240, 360])
 
 
 def test_gaps_stay_gaps():
     truth = np.linspace(0.0, 700.0, 701)
-    stored = angles.wrapped(truth)
+    stored = timebase.wrapped(truth)
     stored[300:310] = np.nan
-    found = angles.unwrapped(stored)
+    found = timebase.unwrapped(stored)
     assert np.isnan(found[300:310]).all()
     np.testing.assert_allclose(found[310:], truth[310:])
 
@@ -36,11 +36,11 @@ def test_gaps_stay_gaps():
 def test_the_pen_is_lifted_at_jumps_and_nowhere_else():
     degrees = np.array([170.0, 179.0, -179.0, -170.0, -100.0])
     x = np.arange(5.0)
-    xs, ys = angles.broken(degrees, 360.0, x, degrees)
+    xs, ys = timebase.broken(degrees, 360.0, x, degrees)
     np.testing.assert_array_equal(np.isnan(ys), [False, False, True, False, False, False])
     np.testing.assert_array_equal(xs, [0, 1, 2, 2, 3, 4])
-    branch = angles.principal(degrees)
-    xs, ys = angles.broken(branch, 180.0, x, branch)
+    branch = timebase.principal(degrees)
+    xs, ys = timebase.broken(branch, 180.0, x, branch)
     assert np.isnan(ys).sum() == 0  # the arctangent runs on through 180 deg
 
 

@@ -5,7 +5,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import figures
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure
 from jointplay.figures.drawing import envelope
 from jointplay.figures.linkage.scene import scene
 from jointplay.study.results.animate import _mechanism

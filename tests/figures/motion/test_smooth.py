@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import Akima1DInterpolator
 
 from jointplay import figures
-from jointplay.figures.drawing.smooth import BETWEEN, MOST, akima, smooth
+from jointplay.figures.drawing.artists import BETWEEN, MOST, akima, smooth
 from tests.figures.support.synthetic import response, section
 
 SHARES = np.arange(1, BETWEEN) / BETWEEN

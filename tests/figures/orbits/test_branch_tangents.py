@@ -7,7 +7,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog, figures
-from jointplay.figures.orbits.continuation import smooth
+from jointplay.figures.analyses.continuation import smooth
 from tests.analysis.exact_maps import Symmetric
 
 R = 0.8

@@ -6,7 +6,7 @@ import pytest
 import jointplay as jp
 from jointplay import figures
 from jointplay.display.errors import InputError
-from jointplay.figures.drawing.smooth import through
+from jointplay.figures.drawing.artists import through
 from tests.figures.support.synthetic_branches import branches, curves
 from tests.figures.sweeps.test_bifurcation import sweep
 

@@ -8,8 +8,8 @@ from matplotlib.lines import Line2D
 
 from jointplay import figures
 from jointplay.display.errors import InputError
-from jointplay.figures.states.basins import COLOURS
-from jointplay.figures.sweeps.parameter_map import signs
+from jointplay.figures.analyses.basins import COLOURS
+from jointplay.figures.analyses.parameter_map import signs
 from tests.figures.support.synthetic import STATUS, flag_words
 
 X = {"units": "1", "long_name": "journal centre over clearance, x"}

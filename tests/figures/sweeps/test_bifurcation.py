@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 from jointplay import figures
 from jointplay.display.errors import InputError
+from jointplay.figures.analyses.bifurcation import diagram
 from jointplay.figures.drawing import style, sweep_axes
-from jointplay.figures.sweeps.bifurcation import diagram
 from jointplay.kinds import KINDS
 from tests.figures.support.synthetic import response
 

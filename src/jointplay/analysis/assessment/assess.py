@@ -1,7 +1,7 @@
 """The assessment of a linkage with clearance: how hard it is worked, what that hangs on, what changes it.
 
 The *present* motion is found first, as an orbit where it has one (`settled`). Its forces are held against
-those of the same linkage with ideal joints (`forces`), and both give its grade (`grades`). The same motion
+those of the same linkage with ideal joints (`forces`), and both give its grade (`page`). The same motion
 with other contact data says what the answer hangs on (`alternatives`). Over each clearance and the drive's
 speed follow largest forces and impact speeds (`curves`), and the values at which contact is first lost or
 kept, the motion first leaves or reaches period 1, and chaos begins or ends (`edges`).
@@ -23,8 +23,7 @@ from jointplay.analysis.assessment.alternatives import hangs_on, variants
 from jointplay.analysis.assessment.curves import END, VALUES, curve, ratios
 from jointplay.analysis.assessment.edges import HOW, SIDES, Search, edges
 from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN, WORK, forces
-from jointplay.analysis.assessment.grades import GRADES, UNKNOWN, grade, largest
-from jointplay.analysis.assessment.page import answer, page
+from jointplay.analysis.assessment.page import GRADES, UNKNOWN, answer, grade, largest, page
 from jointplay.analysis.assessment.settled import CHANGES, LASTING, SLOW, Settled, Unsettled, plan, present
 from jointplay.analysis.cells import first_bad, growing, handed_out, shown, warm
 from jointplay.analysis.declared import Outputs

@@ -27,12 +27,17 @@ from functools import cached_property
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.orbits import floquet
+from jointplay.analysis.orbits import shooting
 from jointplay.analysis.orbits.branch_points import REAL
-from jointplay.analysis.orbits.orbit_events import KIND, OF_GAPS, free_phase, same_events
-from jointplay.analysis.orbits.orbit_search import at_phase
-from jointplay.analysis.orbits.section_map import SectionMap, section_map
-from jointplay.analysis.orbits.shooting import Orbit, newton
+from jointplay.analysis.orbits.section_map import (
+    KIND,
+    OF_GAPS,
+    SectionMap,
+    free_phase,
+    same_events,
+    section_map,
+)
+from jointplay.analysis.orbits.shooting import Orbit, at_phase, newton
 from jointplay.analysis.starts import placed
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism
 from jointplay.solver.method.codes import Mode
@@ -181,11 +186,11 @@ class Branch:
             section, image = orbit.map.moved(orbit.state, math.tau * middle)
             moved = orbit if image.status else newton(section, image.state, *QUICK)
             orbit = orbit if moved.status else moved
-        multipliers = floquet.multipliers(orbit.image.derivative)
+        multipliers = shooting.multipliers(orbit.image.derivative)
         if abs(multipliers[0]) > WEAK and orbit.map.rtol > SHARP:
             sharper = newton(replace(orbit.map, rtol=SHARP), orbit.state, *QUICK)
             orbit = orbit if sharper.status else sharper
-            multipliers = floquet.multipliers(orbit.image.derivative)
+            multipliers = shooting.multipliers(orbit.image.derivative)
         return Place(value, orbit, multipliers, 0.0 if loses_contact(orbit) else margin_of(orbit))
 
 

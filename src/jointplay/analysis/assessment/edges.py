@@ -50,7 +50,7 @@ from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.method.codes import Status
-from jointplay.solver.motion.batching import batch
+from jointplay.solver.motion.eligibility import batch
 from jointplay.solver.motion.progress import OutOfTime, stands
 
 SIDES = {"below": -1, "above": 1}

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis import rates, rules
+from jointplay.analysis import evaluate, rules
 from jointplay.analysis.assessment.settled import CHANGES, Settled, Unsettled
 from jointplay.analysis.contacts import JOINT, KIND, ROW, TIME, approach
 from jointplay.analysis.evaluate import Quantities
@@ -117,7 +117,7 @@ def _history(
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     here = {"joint": model.joints, "pin": model.pins}
     names = [name for name in wanted if here.get(WORDS[name].of, model.joints)]
-    found = rates.quantities(model, rtol, records, rows).variables(names, "time")
+    found = evaluate.quantities(model, rtol, records, rows).variables(names, "time")
     return {name: values for name, (_, values, _) in found.items()} | {"time": rows[:, 0], "rows": rows}
 
 

@@ -30,10 +30,9 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.exponents.batch_means import ERRORS, widened
-from jointplay.analysis.orbits import floquet
-from jointplay.analysis.orbits.orbit_search import at_phase, nearby, on_section
+from jointplay.analysis.orbits import shooting
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
-from jointplay.analysis.orbits.shooting import Orbit
+from jointplay.analysis.orbits.shooting import Orbit, at_phase, nearby, on_section
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import End, placed, state_names
 from jointplay.analysis.sweeps.attractor import Plan, settle
@@ -142,7 +141,7 @@ def present(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
     if motion.period:
         section = _sharp(mechanism, motion.end, how, motion.period)
         orbit = nearby(section, motion.end.state, **NEWTON)
-        if not orbit.status and floquet.stable(floquet.multipliers(orbit.image.derivative)):
+        if not orbit.status and shooting.stable(shooting.multipliers(orbit.image.derivative)):
             return on_orbit(mechanism, orbit, how)
     return motion
 
@@ -179,7 +178,7 @@ def _sought(
 
 def on_orbit(mechanism: Mechanism, orbit: Orbit, how: Plan) -> Settled:
     """The motion on a stable periodic orbit."""
-    state, multipliers = at_phase(orbit, 0.0)[0], floquet.multipliers(orbit.image.derivative)
+    state, multipliers = at_phase(orbit, 0.0)[0], shooting.multipliers(orbit.image.derivative)
     end = End(state_names(orbit.map.model), state, 0.0)
     motion = followed(mechanism, end, replace(how, transient=0))
     exponent = float(np.log(abs(multipliers[0])) / orbit.map.turns)

@@ -3,12 +3,26 @@
 At every value starts drawn at random in a region are followed until it is known where they end
 (`coexisting.lasting`). Then every motion found is carried to the neighbouring values, until that brings up
 nothing new; so one with a basin too narrow for the starts is found where a neighbour has it. Motions at
-neighbouring values are given one identity (`coexisting.identity`). Each is described as a point of a sweep.
+neighbouring values are given one identity. Each is described as a point of a sweep.
 Reference for seeding, carrying and matching: G. Datseris, K. Luiz Rossi and A. Wagemakers, Chaos 33 (2023)
 073151. Fractions: Wilson's interval (`states.basin_uncertainty`).
 
 Validity: what neither a start nor a neighbour leads to is missed: with n starts, a basin of more than 3/n of
 the region is found with 95 % (the rule of three). Fractions are of the region, and of no other.
+
+Identity: two motions at neighbouring values are one if their sets of section points are near: no point of one
+farther than `reach` from the nearest of the other, in any coordinate; of motions without a period that holds
+for nine points in ten. Nearest pairs go first, but before them pairs in which one, carried to the other's
+value, ends on the other. Each motion has one partner at most on either side. An identity that has none begins
+or ends there: it ends in a merger if it lies within reach of the motion to which it goes on, and begins in a
+split likewise.
+
+Identities are numbered by the value at which they begin, then as motions are sorted there.
+
+Bifurcations: each periodic motion is followed as an orbit, stable or not, and so an identity is followed
+(`analysis.orbits.continuation`) once for every period that it has, from the middle of the values where it has
+it, to one value beyond them on either side. Beginnings and ends of identities are set beside what is found
+between the same two values.
 """
 
 from __future__ import annotations
@@ -17,34 +31,34 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
+from itertools import groupby, pairwise, product
 from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import Field
 
-from jointplay.analysis import left_out, rules
+from jointplay.analysis import rules
 from jointplay.analysis.cells import first_bad, growing, handed_out, warm
-from jointplay.analysis.coexisting import passes, special_points
-from jointplay.analysis.coexisting.identity import EVENTS, Change, identities
+from jointplay.analysis.coexisting import passes
 from jointplay.analysis.coexisting.region import Region, one_parameter, region_fits
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.keywords import JointName, Moving, Names, Settling, analysis
 from jointplay.analysis.labels import PLANE, Out, ended
+from jointplay.analysis.orbits.branch_points import KINDS
+from jointplay.analysis.orbits.continuation import continuation
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.basin_uncertainty import wilson
 from jointplay.analysis.states.ends import Observation
-from jointplay.analysis.sweeps import gather, points
+from jointplay.analysis.sweeps import attractor, gather
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.bifurcation import Over, lanes_fit, names, record_fits
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.vary import Axis, at_largest, checked_axes, largest
 from jointplay.display import codes
 from jointplay.display.errors import InputError
-from jointplay.display.number_text import counted, plain
-from jointplay.display.units import measure
+from jointplay.display.number_text import counted, measure, plain
 from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
@@ -55,13 +69,215 @@ from jointplay.solver.motion.progress import part
 if TYPE_CHECKING:
     import xarray as xr
 
+TRANSIENT, STEP, MOST_POINTS = 20, 0.05, 200  # turns to the orbit; longest step, and points of a branch
+NONE = len(KINDS)
+# seen from a branch that ends at a branch point, that is a fold too
+TOLD = ("branch_point", "period_doubling", "neimark_sacker", "fold", "grazing")
+
+
+def stretches(
+    axis: Axis, motions: Sequence[Sequence[Mapping[str, Any]]], numbers: Sequence[Sequence[int]]
+) -> list[dict[str, Any]]:
+    """Branches to follow: identity, period, value and state to start from, and the range of the parameter."""
+    rows = [
+        (n, each["period"], i, each)
+        for i, row in enumerate(numbers)
+        for n, each in zip(row, motions[i], strict=True)
+    ]
+    rows = sorted((row for row in rows if row[1]), key=lambda row: row[:3])
+    found, last = [], len(axis.values) - 1
+    for (number, period), some in groupby(rows, key=lambda row: row[:2]):
+        those = list(some)
+        places = [i for _, _, i, _ in those]
+        low, high = axis.values[max(places[0] - 1, 0)], axis.values[min(places[-1] + 1, last)]
+        _, _, middle, motion = those[len(those) // 2]
+        if low < high:
+            start = {"value": axis.values[middle], "state": motion["states"][-1].tolist()}
+            found.append({"identity": number, "period": period, "range": (low, high)} | start)
+    return found
+
+
+def followed(
+    mechanism, parameter: str, identity: int, period: int, range: tuple[float, float], value: float,
+    state: list[float], section: Any, max_steps: int | None,
+) -> Entry:  # fmt: skip
+    """Special points of the branch of a periodic motion."""
+    branch = continuation(
+        mechanism,
+        section,
+        parameter=parameter,
+        range=tuple(range),
+        start=value,
+        period=period,
+        initial=state,
+        transient=TRANSIENT,
+        step=STEP,
+        max_points=MOST_POINTS,
+        branch_switching=False,
+        record=(),
+        max_steps=max_steps,
+    )
+    kinds = branch["special_kind"].values.astype(int)
+    return {"status": int(branch["status"]), "kind": kinds, "parameter": branch["special_parameter"].values}
+
+
+OUTS = {
+    "special_parameter": Out("special", "parameter at a special point", "{units}", "with `bifurcations`"),
+    "special_identity": Out("special", "motion on whose branch it lies"),
+    "special_period": Out("special", "period of the orbit that was followed"),
+    "branch_identity": Out("branch", "motion that was followed as an orbit"),
+    "branch_period": Out("branch", "its period"),
+    "branch_status": Out("branch", "how the search for the orbit ended", flags=STATUS),
+    "special_kind": Out("special", "what changes there", flags=KINDS),
+    "change_bifurcation": Out("change", "bifurcation found there", flags=(*KINDS, "none")),
+}
+
+
+def special_values(
+    axis: Axis, cells: Sequence[Mapping[str, Any]], answers: Sequence[Entry], events: Sequence[Change]
+) -> dict[str, Any]:
+    """Special points by identity, and the kind of any between the values of a beginning or an end."""
+    rows = [
+        (int(kind), float(value), cell["identity"], cell["period"])
+        for cell, answer in zip(cells, answers, strict=True)
+        for kind, value in zip(answer.get("kind", ()), answer.get("parameter", ()), strict=True)
+    ]
+    rows = sorted(rows, key=lambda row: (row[2], row[1], row[3], row[0]))
+    kind, value, identity, period = np.array(rows, dtype=float).reshape(-1, 4).T
+    whole = {name: np.array([cell[name] for cell in cells], dtype=int) for name in ("identity", "period")}
+    return {
+        "special_parameter": value,
+        "special_identity": identity.astype(int),
+        "special_period": period.astype(int),
+        "branch_identity": whole["identity"],
+        "branch_period": whole["period"],
+        "branch_status": [answer["status"] for answer in answers],
+        "special_kind": kind,
+        "change_bifurcation": [_between(axis, each, rows) for each in events],
+    }
+
+
+def _between(axis: Axis, change: Change, rows: Sequence[tuple[int, float, int, int]]) -> int:
+    """Kind of the bifurcation between the values of a change, the first in the order of `TOLD`."""
+    low, high = (axis.values[i] for i in change.between)
+    those = (change.identity, change.other) if change.kind in ("split", "merger") else (change.identity,)
+    found = [kind for kind, value, identity, _ in rows if identity in those and low <= value <= high]
+    return min(found, key=lambda kind: TOLD.index(KINDS[kind]), default=NONE)
+
+
+MOST = 0.9  # share of the points of a motion without a period that must be near
+EVENTS = ("birth", "split", "death", "merger")
+Landing = Mapping[tuple[int, int, int], int]  # (value, motion, other value): the motion there
+
+
+@dataclass(frozen=True)
+class Change:
+    """Beginning or end of an identity between two values; `other`: where it comes from, or 0."""
+
+    kind: str
+    identity: int
+    other: int
+    between: tuple[int, int]
+
+
+def distance(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[float, float]:
+    """Distance of one motion's points from another's, and the other way round."""
+    apart = np.abs(one["points"][:, None, :] - other["points"][None, :, :]).max(axis=-1)
+    share = 1.0 if one["period"] and other["period"] else MOST
+    return float(np.quantile(apart.min(axis=1), share)), float(np.quantile(apart.min(axis=0), share))
+
+
+def identities(
+    motions: Sequence[Sequence[Mapping[str, Any]]], lands: Landing, reach: float
+) -> tuple[list[list[int]], list[Change], list[list[float]]]:
+    """Give every motion its identity.
+
+    Parameters
+    ----------
+    motions : sequence of sequence
+        Of each value, its motions.
+    lands : mapping
+        Where motions end that are carried to a neighbouring value.
+    reach : float
+        Largest distance of neighbours that are one.
+
+    Returns
+    -------
+    list of list of int, list of Change, list of list of float
+        Identities, from 1; where they begin and end; distances from the same at the value before, or NaN.
+    """
+    numbers = [list(range(1, 1 + len(motions[0])))] if motions else []
+    apart, changes, last = [[np.nan] * len(each) for each in motions], [], len(motions[0]) if motions else 0
+    for j in range(1, len(motions)):
+        i, pairs = j - 1, _pairs(motions[j - 1], motions[j], _supported(lands, j - 1, j), reach)
+        here = {b: numbers[i][a] for a, b, _ in pairs}
+        for _, b, far in pairs:
+            apart[j][b] = far
+        for b in range(len(motions[j])):
+            if b not in here:
+                here[b] = last = last + 1
+        numbers.append([here[b] for b in range(len(motions[j]))])
+        ended = set(range(len(motions[i]))) - {a for a, _, _ in pairs}
+        begun = set(range(len(motions[j]))) - {b for _, b, _ in pairs}
+        ways = ((ended, i, j, EVENTS[2:]), (begun, j, i, EVENTS[:2]))
+        for those, at, away, kinds in ways:
+            for n in sorted(those):
+                to = lands.get((at, n, away), -1)
+                near = to >= 0 and distance(motions[at][n], motions[away][to])[0] <= reach
+                other = numbers[away][to] if to >= 0 else 0
+                changes.append(Change(kinds[near], numbers[at][n], other, (i, j)))
+    return numbers, changes, apart
+
+
+def _supported(lands: Landing, i: int, j: int) -> set[tuple[int, int]]:
+    """Pairs of which one ends on the other when it is carried there."""
+    up = {(a, to) for (at, a, away), to in lands.items() if (at, away) == (i, j) and to >= 0}
+    return up | {(to, b) for (at, b, away), to in lands.items() if (at, away) == (j, i) and to >= 0}
+
+
+def _pairs(
+    before: Sequence[Mapping[str, Any]],
+    after: Sequence[Mapping[str, Any]],
+    supported: set[tuple[int, int]],
+    reach: float,
+) -> list[tuple[int, int, float]]:
+    """Motions at neighbouring values that are one, with their distances."""
+    far = {
+        (a, b): max(distance(before[a], after[b])) for a, b in product(range(len(before)), range(len(after)))
+    }
+    order = sorted(
+        (pair for pair in far if far[pair] <= reach), key=lambda p: (p not in supported, far[p], p)
+    )
+    found, taken = [], (set(), set())
+    for a, b in order:
+        if a not in taken[0] and b not in taken[1]:
+            taken[0].add(a)
+            taken[1].add(b)
+            found.append((a, b, far[a, b]))
+    return found
+
+
 STARTS, TURNS, PATIENCE, LYAPUNOV_TURNS = 1000, 64, 4, 100
+
+
 TOLERANCE, REACH = 1e-3, 0.2
+
+
 LISTED = 3  # motions named in a line
+
+
 NOT_RUN = STATUS.index("not_run")
+
+
 ABSENT = -1  # period of a motion at a value where it is not there
+
+
 MISSED = 0.05  # chance that a basin of `fraction_missed` has no start in it
+
+
 ROUNDS = 200  # of carrying, at most
+
+
 SHARES = (0.0, 0.7, 0.8, 1.0)  # of the progress: seeding, carrying, describing
 
 
@@ -102,9 +318,11 @@ def _motion(result: xr.Dataset, name: str, n: int, there: np.ndarray) -> str:
 
 
 HERE = (PLANE, "identity")
+
+
 OUTPUTS = Outputs(
     "attractors",
-    {"identity": Out("identity", "number of the motion")} | points.NUMBERS,
+    {"identity": Out("identity", "number of the motion")} | attractor.NUMBERS,
     {
         "period": Out(HERE, "period in turns; 0: none found; -1: not there"),
         "count": Out(HERE, "starts that reach the motion"),
@@ -128,7 +346,7 @@ OUTPUTS = Outputs(
         "change_high": Out("change", "{name} above the change", "{units}"),
         "change_kind": Out("change", "kind of change", flags=EVENTS),
     }
-    | special_points.OUTS
+    | OUTS
     | OUTCOME,
     answer,
 )
@@ -145,7 +363,7 @@ OUTPUTS = Outputs(
     varied=at_largest,
     model=lambda varied, initial: rules.on_section(varied, initial),
     outputs=OUTPUTS,
-    left_out=left_out.both(left_out.over(5), left_out.INNER_DISC),
+    left_out=rules.both(rules.over(5), rules.INNER_DISC),
     usual={"rtol": RTOL},
 )
 def attractors(
@@ -255,7 +473,7 @@ def attractors(
     values = table.fractions() | table.changes(events)
     if bifurcations:
         following, branches = _followed(shared, axis, motions, numbers, max_steps, n_jobs)
-        values |= special_points.values(axis, following, branches, events)
+        values |= special_values(axis, following, branches, events)
     values |= ended(first_bad([*all_answers, *answers]), began)
     of = {"name": axis.long_name, "units": axis.units}
     return found.assign(OUTPUTS.variables_of(values, of, [axis.name])[0])
@@ -299,7 +517,7 @@ class _Table:
         found["attractor_status"].attrs["long_name"] = (
             "how the motion's description ended; not_run: not there"
         )
-        return points.counted(found)
+        return attractor.numbered(found)
 
     def fractions(self) -> dict[str, Any]:
         """Periods of motions, and fractions of the starts: of those of a value that could start."""
@@ -373,10 +591,10 @@ def _over(count: np.ndarray, total: np.ndarray) -> np.ndarray:
 def _followed(shared, axis: Axis, motions, numbers, max_steps: int | None, n_jobs: int | None):
     """Follow periodic motions as orbits: the stretches followed, and the answers."""
     mechanism, section = shared["mechanism"], passes.section_at(shared["mechanism"], shared["initial"])
-    following = special_points.stretches(axis, motions, numbers) if section is not None else []
+    following = stretches(axis, motions, numbers) if section is not None else []
     more = {"mechanism": mechanism, "parameter": axis.key, "section": section, "max_steps": max_steps}
     cells = [each | more for each in following]
-    return following, handed_out(special_points.followed, cells, n_jobs=n_jobs, lasting="branch")
+    return following, handed_out(followed, cells, n_jobs=n_jobs, lasting="branch")
 
 
 def _warm(mechanism, changes, initial, exponents: bool, ensemble: bool) -> None:

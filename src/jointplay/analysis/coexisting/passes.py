@@ -11,16 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.coexisting.lasting import FAILED, NO_START, UNSETTLED, Motions
-from jointplay.analysis.coexisting.recognition import Lasting
+from jointplay.analysis.coexisting.lasting import FAILED, NO_START, UNSETTLED, Lasting, Motions
 from jointplay.analysis.coexisting.region import drawn
 from jointplay.analysis.rules import section_of
 from jointplay.analysis.starts import End, end_of, placed, state_names
-from jointplay.analysis.states.ends import Observation
-from jointplay.analysis.states.matching import sort_key
+from jointplay.analysis.states.ends import Observation, sort_key
 from jointplay.analysis.states.start_plane import Starts
-from jointplay.analysis.sweeps.attractor import Plan, settle
-from jointplay.analysis.sweeps.points import labelled
+from jointplay.analysis.sweeps.attractor import Plan, labelled, settle
 from jointplay.display.errors import InputError
 from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.assemble import assemble

@@ -2,27 +2,36 @@
 
 The branch of an orbit is followed over the first parameter (orbits.continuation); from its special points,
 curves are followed in both parameters by the same pseudo-arclength method (orbits.arclength), with one more
-equation each (conditions), through folds of either parameter. Meetings with other curves are located on them.
-Validity: between events that appear or vanish the map is smooth; a curve goes on beyond such a change where
-it is continuous there, else it ends at it.
+equation each (curves.tracing), through folds of either parameter. Meetings with other curves are located on
+them. Validity: between events that appear or vanish the map is smooth; a curve goes on beyond such a change
+where it is continuous there, else it ends at it.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import count, islice
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
 
 import numpy as np
-from pydantic import AfterValidator
+from pydantic import AfterValidator, PlainValidator
 
-from jointplay.analysis import left_out
-from jointplay.analysis.curves.curve_starts import Branches, key_of, labels_fit, starts_in
-from jointplay.analysis.curves.tracing import BIFURCATIONS, FOLLOWED, KINDS, Curve, Curves, starts_of, whole
+from jointplay.analysis import rules
+from jointplay.analysis.curves.tracing import (
+    BIFURCATIONS,
+    FOLLOWED,
+    FROM,
+    KINDS,
+    Begin,
+    Curve,
+    Curves,
+    starts_of,
+    whole,
+)
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Moving, Settling, Small, analysis, several
 from jointplay.analysis.labels import Out, along, ended, units
@@ -39,21 +48,21 @@ from jointplay.analysis.orbits.branch_dataset import (
     place,
     told,
 )
+from jointplay.analysis.orbits.branch_points import KINDS as SPECIAL
 from jointplay.analysis.orbits.branch_points import Special
 from jointplay.analysis.orbits.continuation import STEP, Explorer
 from jointplay.analysis.orbits.family import Family, Point
-from jointplay.analysis.orbits.orbit_request import Range, Tolerance, branch_fits, section_fits, started
-from jointplay.analysis.orbits.orbit_search import Search, at_phase, lost, search
+from jointplay.analysis.orbits.orbit_dataset import Range, Tolerance, branch_fits, section_fits, started
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL
-from jointplay.analysis.orbits.section_map import FAILED, SectionMap, section_map
-from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit
+from jointplay.analysis.orbits.section_map import FAILED, SectionMap, changed_event, section_map
+from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit, Search, at_phase, lost, search
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.rules import turns_alike
 from jointplay.analysis.starts import placed
 from jointplay.analysis.vary import Axis, axes
 from jointplay.display import codes
 from jointplay.display.errors import Problem, refuse
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure
 from jointplay.solver.mechanism.base import Count, Natural, Number, accepts, unit
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
@@ -61,6 +70,105 @@ from jointplay.solver.motion.trajectory import INTERRUPTED
 
 if TYPE_CHECKING:
     import xarray as xr
+
+OTHER_SIDE = 1e-2  # of the branch: how far from a grazing an orbit on its other side may be
+ACCEPTED = "a result of continuation"
+
+
+def _branches(given: Any) -> Any:
+    import xarray as xr
+
+    if given is not None and (not isinstance(given, xr.Dataset) or given.attrs.get("kind") != "continuation"):
+        raise refuse(getattr(given, "attrs", {}).get("kind", given), f"{ACCEPTED} is accepted")
+    return given
+
+
+Branches = Annotated[Any, PlainValidator(_branches), accepts(ACCEPTED)]
+
+
+def labels_fit(
+    plane: dict[str, Any], branches: xr.Dataset | None, labels: Sequence[int] | None, of: Sequence[str]
+) -> Iterator[Problem]:
+    """Yield the problems of labels of special points, and of the parameter that their branches are over."""
+    if branches is None:
+        if labels is not None:
+            yield Problem(
+                "labels", list(labels), "accepted only with branches, whose special points it numbers"
+            )
+        return
+    if (key := key_of(branches)) not in plane:
+        yield Problem("plane", list(plane), f"{key}, the parameter of the branches, has to be one of the two")
+    known = [FROM.get(SPECIAL[kind], SPECIAL[kind]) for kind in branches["special_kind"].values]
+    wrong = [i for i, label in enumerate(labels or ()) if label >= len(known)]
+    for i in wrong:
+        told = f"the number of a special point, 0 to {len(known) - 1}, is accepted"
+        yield Problem(f"labels[{i}]", labels[i], told if known else "the branches have no special points")
+    chosen = known if labels is None else [known[label] for label in labels if label < len(known)]
+    if not wrong and not any(kind in of for kind in chosen):
+        told = f"a special point is needed there from which a curve of {', '.join(of)} can start"
+        yield Problem("branches" if labels is None else "labels", list(dict.fromkeys(chosen)), told)
+
+
+def key_of(branches: xr.Dataset) -> str:
+    """The key of the parameter that branches are over."""
+    return str(branches[branches.attrs["parameter"]].attrs["key"])
+
+
+def starts_in(
+    branches: xr.Dataset,
+    labels: Sequence[int] | None,
+    kinds: Collection[str],
+    at: Callable[[float, np.ndarray, int], SectionMap],
+    tolerance: float,
+) -> list[tuple[Begin, float]]:
+    """Starts of curves of some kinds, without fractions of ranges, and the branches' parameter at each.
+
+    `at`: section map of a value of that parameter, a state and a number of turns.
+    """
+    found = []
+    for label in range(branches.sizes["special"]) if labels is None else labels:
+        special = branches.isel(special=label)
+        kind = SPECIAL[int(special["special_kind"])]
+        if FROM.get(kind, kind) not in kinds:
+            continue
+        event = int(special["special_event_joint"]), int(special["special_event_kind"])
+        orbits = (
+            (search(at(value, state, turns), Search(0, tolerance)), value)
+            for value, state, turns in _candidates(branches, special, kind)
+        )
+        if start := _fewer_events((each for each in orbits if not each[0].status), event):
+            found.append((Begin(FROM.get(kind, kind), start[0], np.zeros(2), event), start[1]))
+    return sorted(found, key=lambda each: each[0].kind == "grazing")
+
+
+def _fewer_events(
+    orbits: Iterator[tuple[Orbit, float]], event: tuple[int, int]
+) -> tuple[Orbit, float] | None:
+    """The one with fewer events of the first two orbits that differ by an event; without one, the first."""
+    known: list[tuple[Orbit, float]] = []
+    for orbit, value in orbits:
+        for other in known:
+            if changed_event(orbit.image.events, other[0].image.events) == event:
+                return min((orbit, value), other, key=lambda each: len(each[0].image.events))
+        known.append((orbit, value))
+    return known[0] if known else None
+
+
+def _candidates(
+    branches: xr.Dataset, special: xr.Dataset, kind: str
+) -> Iterator[tuple[float, np.ndarray, int]]:
+    """Parameter, state and turns of a special point; at a grazing, of points on both its sides."""
+    b, p = int(special["special_branch"]), int(special["special_point"])
+    values = branches[branches.attrs["parameter"]].values[b, : int(branches["n_points"][b])]
+    turns = int(branches["period"].values[b, p])
+    if kind != "grazing":
+        yield float(special["special_parameter"]), special["special_state"].values, turns
+        return
+    away = np.abs(values - values[p])
+    for i in sorted(range(max(p - 2, 0), min(p + 3, len(values))), key=lambda i: (away[i], abs(i - p))):
+        if away[i] <= OTHER_SIDE * np.ptp(values):
+            yield float(values[i]), branches["orbit_state"].values[b, i], turns
+
 
 MAX_POINTS, MAX_CURVES = 200, 8
 LISTED = 3  # curves, or their meetings, named in a line
@@ -98,8 +206,14 @@ def _two(plane: dict[str, Any]) -> dict[str, Any]:
 
 
 Ranges = Annotated[dict[str, Range], AfterValidator(_two), accepts(_PLANE)]
+
+
 Labels = several(Count, "a list of numbers of special points,")
+
+
 Kinds = several(Literal[KINDS], f"a list of {', '.join(KINDS)},")
+
+
 Grazed = several(Literal[EVENTS], f"a list of {', '.join(EVENTS)},")
 
 
@@ -192,7 +306,7 @@ OUTPUTS = Outputs(
     *(section_fits, "model", turns_alike, _plane_fits, labels_fit),
     usual={"rtol": RTOL},
     outputs=OUTPUTS,
-    left_out=left_out.TWO_RANGES,
+    left_out=rules.TWO_RANGES,
     model=started,
 )
 def curve(

@@ -7,47 +7,265 @@ Points lie SHORT of the curve, on that side on which slip does not reverse: ther
 same ones. Assumptions: the state does not jump at the event (a contact with a force). Validity: contact
 begins or ends with a speed, h' is not 0. Reference: di Bernardo et al., Piecewise-smooth Dynamical Systems
 (2008), chapter 8.
+
+Conditions that critical orbits fulfil, besides closing, on curves in two parameters.
+
+fold                g = 0 of [[P - I, b], [c', 0]] (v, g) = (0, 1)      a multiplier +1
+period doubling     g = 0 of [[P + I, b], [c', 0]] (v, g) = (0, 1)      a multiplier -1
+symmetry breaking   the same, P of the half map (curves.grazing)
+Neimark-Sacker      det B - 1, P V = V B on the plane V of a pair of multipliers
+
+b and c are singular vectors of P -+ I at the point before, so that g is regular and of order 1. With (w, g)
+from the transposed system, dg = -w' dP v, where dP along a coordinate or parameter k is column k of the
+derivative of P, or of the map's derivative in k, along v: second derivatives commute, and one difference of
+exact derivatives gives all coordinates and parameters.
+References: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria (2000), chapters 3 and 4;
+Kuznetsov (2004), chapters 9 and 10. Validity: the orbit meets no event at grazing incidence.
+
+Corners of curves of folds or doublings: tangent to a grazing, a curve turns there, or ends.
+
+Beside a contact that begins multipliers change with the root of its depth d. On that side the curve keeps
+a s = b sqrt(d), s along the grazing from where both meet: it nears the grazing with s^2, and its steps shrink
+with s. The meeting is sought from the other side, where the map is smooth: along the grazing, as the point
+with the critical multiplier. From there the curve goes on into that side.
+Sticking that appears where the speed of sliding grazes zero lasts as long as that root, and takes a direction
+away: multipliers jump, the other side has no critical one, and the curve ends. Along it the time of sticking
+shrinks with s, which tells where.
+Reference: di Bernardo et al., Piecewise-smooth Dynamical Systems (2008), chapters 7 and 8.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import combinations
 from typing import Any
 
 import numpy as np
+from scipy.linalg import schur
 
-from jointplay.analysis.curves.conditions import Critical, Torus
-from jointplay.analysis.curves.corners import MEETING, Begin, corner
-from jointplay.analysis.curves.grazing import EARLIER, SHORT, Meeting, grazed, slopes, spacing
-from jointplay.analysis.curves.half_map import HalfMap, halved
-from jointplay.analysis.curves.margins import OF_SLIDING, PLACES, SLIDE, Guards
+from jointplay.analysis.curves.grazing import (
+    EARLIER,
+    OF_SLIDING,
+    PLACES,
+    SHORT,
+    SLIDE,
+    Guards,
+    HalfMap,
+    Meeting,
+    grazed,
+    halved,
+    slopes,
+    spacing,
+)
 from jointplay.analysis.orbits.arclength import first, solve
-from jointplay.analysis.orbits.branch import Branch, Tracer
-from jointplay.analysis.orbits.branch_points import Special
+from jointplay.analysis.orbits.branch import Branch, Tracer, same_orbit_events
+from jointplay.analysis.orbits.branch_points import Special, doubling, torus, unit
 from jointplay.analysis.orbits.continuation import joined
 from jointplay.analysis.orbits.family import Condition, Family, Point, Trial
-from jointplay.analysis.orbits.neighbours import same_orbit_events
-from jointplay.analysis.orbits.orbit_events import CONTACT, KIND, OF_GAPS, PLACE, TIME
-from jointplay.analysis.orbits.section_map import SectionMap
-from jointplay.analysis.orbits.shooting import Orbit
+from jointplay.analysis.orbits.section_map import (
+    CONTACT,
+    KIND,
+    OF_GAPS,
+    PLACE,
+    TIME,
+    SectionMap,
+    changed_event,
+    same_events,
+)
+from jointplay.analysis.orbits.shooting import Orbit, newton
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.method.codes import Mode
+from jointplay.solver.method.codes import Event, Mode
+
+NEAR = 3e-3  # of a multiplier from a critical value, where two are so: double ones are uncertain by a root
+DIFFERENCES = (3e-6, 1e-7, 1e-8)  # their lengths along a vector, in units of the states' scales
+SHARES = {"resonance_1_1": 2.0, "resonance_1_2": -2.0, "resonance_1_3": -1.0, "resonance_1_4": 0.0}
+REVERSED = 1e-3  # share of the parameters in a tangent at a cusp
+REAL = 1e-6  # imaginary part below which a multiplier counts as real
+
+AWAY = (1e-5, 1e-4, 1e-3, 1e-2)  # of the ranges, across the curve: where an orbit without the event is sought
+AHEAD = 0.2  # of the ranges: how far ahead the meeting may be
+POINTS = 6  # of the grazing's curve on the way there
+SOON, BACK = 1e-2, 1e-4  # of the ranges: how far ahead sticking may end, and over what its rate is taken
+MEETING = {"fold": "fold_grazing", "period_doubling": "doubling_grazing"}
+
+
+@dataclass(frozen=True)
+class Critical:
+    """A multiplier at +1 or -1.
+
+    Parameters
+    ----------
+    multiplier : float
+        Which.
+    half : bool
+        Whether the map is that of half a turn and a reflection.
+    """
+
+    multiplier: float
+    half: bool = False
+    sided = False
+
+    def value(self, trial: Trial, like: Point) -> float:
+        """The bordered determinant."""
+        return float(self._bordered(trial.image.derivative, like)[1][-1])
+
+    def gradient(self, family: Family, trial: Trial, like: Point) -> np.ndarray:
+        """Its derivatives in the coordinates x/c and the fractions of the ranges."""
+        M, right = self._bordered(trial.image.derivative, like)
+        left = np.linalg.solve(M.T, np.eye(len(M))[-1])
+        return _scaled(-left[:-1] @ along(family, trial, right[:-1]), like)
+
+    def _bordered(self, P: np.ndarray, like: Point) -> tuple[np.ndarray, np.ndarray]:
+        """The bordered matrix, and (v, g)."""
+        n, identity = len(P), np.eye(len(P))
+        U, _, V = np.linalg.svd(like.orbit.image.derivative - self.multiplier * identity)
+        M = np.zeros((n + 1, n + 1))
+        M[:n, :n], M[:n, n], M[n, :n] = P - self.multiplier * identity, U[:, -1], V[-1]
+        return M, np.linalg.solve(M, np.eye(n + 1)[-1])
+
+    def tests(self, one: Point) -> Mapping[str, Callable[[Point], float]]:
+        """Zeros at meetings with other curves, by their names."""
+        pairs = torus if len(one.tangent) > 3 else lambda point: 1.0
+        if self.multiplier < 0:
+            other = "fold_symmetry_breaking" if self.half else "fold_doubling"
+            return {other: unit, "resonance_1_2": pairs, "doubling_torus": pairs}
+        before = one.tangent[-2:]
+        return {
+            "cusp": lambda point: float(point.tangent[-2:] @ before),
+            "fold_doubling": doubling,
+            "resonance_1_1": pairs,
+            "fold_torus": pairs,
+        }
+
+    def genuine(self, kind: str, point: Point) -> bool:
+        """Whether the zero of a test is a genuine point of its kind."""
+        values = np.asarray(point.multipliers)
+        if kind == "cusp":
+            return bool(np.linalg.norm(point.tangent[-2:]) < REVERSED)
+        if kind.endswith("torus"):
+            pairs = values[values.imag > NEAR]
+            return bool(np.any(np.abs(np.abs(pairs) - 1) < NEAR))
+        if kind.startswith("resonance"):
+            return int(np.sum(np.abs(values - self.multiplier) < NEAR)) > 1
+        return bool(np.any(np.abs(values + self.multiplier) < NEAR))
+
+
+@dataclass(frozen=True)
+class Torus:
+    """A pair of multipliers on the unit circle; beyond a strong resonance, a real pair with the product 1."""
+
+    sided = False
+
+    def value(self, trial: Trial, like: Point) -> float:
+        """Its product less 1."""
+        return float(np.linalg.det(_plane(trial.image.derivative)[1]) - 1)
+
+    def gradient(self, family: Family, trial: Trial, like: Point) -> np.ndarray:
+        """Its derivatives in the coordinates x/c and the fractions of the ranges."""
+        P = trial.image.derivative
+        V, B = _plane(P)
+        W = _plane(P.T)[0]
+        dual = np.linalg.solve(W.T @ V, W.T)  # rows
+        rows = np.stack(
+            [dual @ along(family, trial, v) for v in V.T], 1
+        )  # of dB: (row, column of B, unknown)
+        adjugate = np.linalg.det(B) * np.linalg.inv(B)
+        return _scaled(np.einsum("ij,jik->k", adjugate, rows), like)
+
+    def trace(self, point: Point) -> float:
+        """The sum of the pair: twice the cosine of its angle, and beyond that of a real one."""
+        return float(np.trace(_plane(point.orbit.image.derivative)[1]))
+
+    def tests(self, one: Point) -> Mapping[str, Callable[[Point], float]]:
+        """Zeros at strong resonances and at meetings with other curves, by their names."""
+
+        def share(double: float) -> Callable[[Point], float]:
+            return lambda point: self.trace(point) - double
+
+        others = {"fold_torus": unit, "doubling_torus": doubling} if len(one.tangent) > 4 else {}
+        return {name: share(double) for name, double in SHARES.items()} | others
+
+    def genuine(self, kind: str, point: Point) -> bool:
+        """Whether the zero of a test is a genuine point of its kind."""
+        if kind in SHARES:
+            return True
+        wanted = 1.0 if kind == "fold_torus" else -1.0
+        values = np.asarray(point.multipliers)
+        return bool(np.any((np.abs(values - wanted) < NEAR) & (np.abs(values.imag) < REAL)))
+
+
+def _plane(P: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Basis of the plane of that pair of multipliers whose product is nearest to 1, and the map on it."""
+    values = np.linalg.eigvals(P).astype(complex)
+    pairs = [pair for pair in combinations(values, 2) if abs((pair[0] * pair[1]).imag) < 1e-9]
+    chosen = min(pairs, key=lambda pair: abs(pair[0] * pair[1] - 1))
+    apart = [abs(value - each) for value in values for each in chosen]
+    near = 1e-6 * (1 + max(apart))
+
+    def wanted(real: float, imaginary: float) -> bool:
+        return min(abs(complex(real, imaginary) - each) for each in chosen) < near
+
+    T, Z, _ = schur(P, sort=wanted)
+    return Z[:, :2], T[:2, :2]
+
+
+def along(family: Family, trial: Trial, vector: np.ndarray) -> np.ndarray:
+    """Derivative of the map's derivatives along a vector of coordinates, in units of their scales.
+
+    A central difference of motions with the same events, smaller where others are near; one-sided where no
+    central one is found, NaN where none is. Columns: coordinates, then fractions of the ranges.
+    """
+    section, own = trial.section, family.slopes(trial.image)
+    place, length = section.unknowns(trial.state), float(np.linalg.norm(vector))
+    for size in DIFFERENCES:
+        found = [(0.0, own)]
+        for side in (-size / length, size / length):
+            other = section.image(section.state(place + side * vector), directions=trial.directions)
+            if not other.status and same_events(other.events, trial.image.events):
+                found.append((side, family.slopes(other)))
+        if len(found) == 3 or (len(found) == 2 and size == DIFFERENCES[-1]):
+            found.sort(key=lambda each: each[0])
+            return (found[-1][1] - found[0][1]) / (found[-1][0] - found[0][0])
+    return np.full_like(own, np.nan)
+
+
+def _scaled(row: np.ndarray, like: Point) -> np.ndarray:
+    """Derivatives in coordinates and parameters, the first in units of the constant c."""
+    row[:-2] *= like.unit
+    return row
+
 
 BIFURCATIONS = ("fold", "period_doubling", "neimark_sacker", "symmetry_breaking")
+
+
 KINDS = (*BIFURCATIONS, "grazing")
+
+
 FOLLOWED = (*KINDS, "coincidence")  # which begins as a grazing does
+
+
 FROM = {"branch_point": "symmetry_breaking"}  # by the special point that it starts from, where not its own
+
+
 CONDITIONS: dict[str, Condition] = {
     "fold": Critical(1.0),
     "period_doubling": Critical(-1.0),
     "neimark_sacker": Torus(),
     "symmetry_breaking": Critical(-1.0, half=True),
 }
+
+
 SAME = 1e-3  # of the ranges: so near another curve of its kind a start lies on it
+
+
 ROUNDED = 1e-6  # of the sum of a double pair of multipliers
+
+
 ALIKE = 1e-2  # difference of largest multipliers up to which two orbits there are the same
+
+
 SIDES = {Mode.SLIP_POSITIVE: 1.0, Mode.SLIP_NEGATIVE: -1.0}
 
 
@@ -302,3 +520,101 @@ def coincident(orbit: Orbit, event: tuple[int, int]) -> tuple[float, Coincidence
         return None
     size = float(near[2][PLACES * contact + SLIDE])
     return float(speeds.min() / size), Coincidence(contact, int(row[KIND]), sides[0] * size, event)
+
+
+@dataclass(frozen=True)
+class Begin:
+    """Beginning of a curve: its kind, an orbit, the fractions of both ranges, and the event at a grazing."""
+
+    kind: str
+    orbit: Orbit
+    q: np.ndarray
+    event: tuple[int, int] = (-1, -1)
+
+
+def corner(
+    family: Family,
+    begin: Begin,
+    last: Point,
+    begun: Callable[[Begin], tuple[Family, Point, str]],
+    follow: Callable[[Family, Point, int], Branch],
+) -> tuple[Special, Point | None] | None:
+    """The meeting with a grazing ahead of a point, as a special point of its curve, and where that goes on.
+
+    None in place of the latter where the curve ends there.
+
+    Parameters
+    ----------
+    family : Family
+        Of the curve.
+    begin : Begin
+        Its start.
+    last : Point
+        Where its steps have become short.
+    begun : callable
+        The family and the first point of a curve, and what is wrong, by its start.
+    follow : callable
+        A curve's branch from a point on, of some points.
+    """
+    if (end := _unstuck(family, last)) is not None:
+        return end, None
+    for orbit, q, event in _across(family, last):
+        grazing, first, trouble = begun(replace(begin, kind="grazing", orbit=orbit, q=q, event=event))
+        if trouble:
+            continue
+        if first.tangent[-2:] @ last.tangent[-2:] < 0:
+            first = replace(first, tangent=-first.tangent)
+        for met in follow(grazing, first, POINTS).specials:
+            if met.kind != MEETING[begin.kind] or np.linalg.norm(met.q - last.q) > AHEAD:
+                continue
+            _, onward, trouble = begun(replace(begin, orbit=met.point.orbit, q=met.q))
+            if trouble:
+                continue
+            scales = np.append(np.full(len(last.tangent) - 2, onward.unit / met.point.unit), np.ones(2))
+            if met.point.jacobian[-1] @ (scales * onward.tangent) < 0:  # the margin grows from there on
+                onward = replace(onward, tangent=-onward.tangent)
+            return replace(met, kind="grazing", event=event), onward
+    return None
+
+
+def _across(family: Family, last: Point) -> Iterator[tuple[Orbit, np.ndarray, tuple[int, int]]]:
+    """Orbits near a curve that lack an event of a gap, the nearest first; their places, and the event."""
+    along = last.tangent[-2:] / np.linalg.norm(last.tangent[-2:])
+    events = last.orbit.image.events
+    for away in AWAY:
+        for side in (-away, away):
+            q = last.q + side * along[::-1] * (1, -1)
+            orbit = newton(family.at(q, last.orbit.map), last.orbit.state, family.tolerance)
+            if orbit.status or len(orbit.image.events) >= len(events):
+                continue
+            event = changed_event(orbit.image.events, events)
+            if event[1] in OF_GAPS:
+                yield orbit, q, event
+                return
+
+
+def _unstuck(family: Family, last: Point) -> Special | None:
+    """The point, soon after one of a curve, at which a piece of sticking has shrunk to nothing."""
+    before = solve(family, last, last.z - BACK * last.tangent, last.tangent)
+    if before is None or not same_orbit_events(before, last):
+        return None
+    (contacts, now), (_, then) = (_sticking(each.orbit.image.events) for each in (last, before))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ahead = now / (then - now)
+    soon = np.flatnonzero((ahead > 0) & (BACK * ahead < SOON))
+    if not len(soon):
+        return None
+    first = soon[np.argmin(ahead[soon])]
+    along, event = ahead[first] * (last.q - before.q), (contacts[first], Event.STICK_ONSET)
+    return Special("grazing", last, last.q + along, float(np.linalg.norm(along)), event)
+
+
+def _sticking(events: np.ndarray) -> tuple[list[int], np.ndarray]:
+    """Contact and share of the orbit of each piece of sticking that ends in slip."""
+    found = []
+    for contact in {int(row[CONTACT]) for row in events}:
+        own = events[events[:, CONTACT] == contact]
+        for one, other in zip(own, np.roll(own, -1, axis=0), strict=True):
+            if (one[KIND], other[KIND]) == (Event.STICK_ONSET, Event.SLIP_ONSET):
+                found.append((contact, (other[PLACE] - one[PLACE]) % 1.0))
+    return [contact for contact, _ in found], np.array([share for _, share in found])

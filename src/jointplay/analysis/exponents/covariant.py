@@ -2,7 +2,7 @@
 
 Each exponent has a direction of its own that the tangent flow, with the jumps at every event, takes into
 itself: a small push along the first one grows for good, one along the last only decays. They are found from a
-forward run with a frame and a backward pass over its record (`covariant_vectors`, `covariant_record`).
+forward run with a frame and a backward pass over its record.
 
 The record is that of a window of turns: each pass goes back over twice the settling time and gives the
 vectors of the first half, whose record is then dropped. Memory grows by the section points alone.
@@ -22,13 +22,36 @@ matrix M and the drive's nominal speed W,
 and its share is E over the sum of all parts' E. A motion that the ideal mechanism could make has no share of
 play. What has no such coordinates (a test system, guides with play, more freedom than that) has one part a
 state: the square of its change in units of its scale (tangents), over the sum of these.
+
+Plain linear algebra, of flows and of maps: forward, a frame Q is carried by the tangent maps M and made
+orthonormal again: M Q = Q' R, with R upper triangular. Its first j columns come to span the j directions that
+grow fastest, whatever units they are measured in. The vectors that maps take into one another are V = Q C, C
+upper triangular with unit columns:
+
+    R C = C' D,    D diagonal: M V = V' D.
+
+Solved backward, C = R^-1 C' D, column j forgets where it began as exp(-(lambda_(j-1) - lambda_j) t): what
+grows least within the first j directions grows most backward. Reference: F. Ginelli, P. Poggi, A. Turchi, H.
+Chate, R. Livi and A. Politi, Physical Review Letters 99 (2007) 130601.
+
+Validity: away from both ends of the series, by the time in which directions settle. Where two exponents are
+equal, only the plane of their vectors is determined.
+
+The record holds QR factors block by block, and the frame at section points. A block is a piece of the run in
+which the frame is carried as it is; at its end it is made orthonormal. Blocks are so short that no direction
+is lost in the rounding of another. The last direction of a whole frame may shrink faster than steps resolve
+(method.tangents.tangent): its growth is what the volume leaves for it.
+
+Section points are those at the crank's first angle (at a forcing's first phase, at a constant speed once a
+turn, and in a system that nothing turns once in its time scale); blocks end there.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Unpack
@@ -36,13 +59,11 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Unpack
 import numpy as np
 from pydantic import BeforeValidator
 
-from jointplay.analysis import left_out, rules
+from jointplay.analysis import rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, run_values
-from jointplay.analysis.exponents import batch_means, section_exponents
+from jointplay.analysis.exponents import batch_means, frame_growth
 from jointplay.analysis.exponents.batch_means import ERRORS
-from jointplay.analysis.exponents.covariant_record import Block, Recorder
-from jointplay.analysis.exponents.covariant_vectors import angles_between, backward, beyond, splittings, start
 from jointplay.analysis.exponents.frame_growth import frame
 from jointplay.analysis.exponents.growth import standard_error
 from jointplay.analysis.exponents.lyapunov import directions, exponents_fit, number_or_all, steady
@@ -54,14 +75,182 @@ from jointplay.display.number_text import plain, signed
 from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import TestSystem
+from jointplay.solver.method.tangents.tangent import LOST
 from jointplay.solver.motion.trajectory import Request, counts
 
 if TYPE_CHECKING:
     import xarray as xr
 
+LONGEST = 1 / 50  # of a turn: a block
+SPREAD = 6.0  # ln of the ratio of the largest to the smallest growth in a block that is aimed at
+SHORTEST = 1e-3  # of the longest block
+NEAR = 1e-6  # rad of the crank's angle: so near to a section point is there
+TINY = 1e-100  # of the last direction's growth, that is as good as 0; its square is still a number
+AIM = 0.98  # of the way to a section point, gone before the last block to it
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of a run.
+
+    Parameters
+    ----------
+    time : float
+        Its end, s.
+    R : ndarray
+        Factor of the frame that was carried through it.
+    below : float
+        ln of the last direction's growth less that of R's last entry.
+    state, frame, rate : ndarray, optional
+        Where its end is a section point: state; frame of unit columns in units of the scales; rate of the
+        state in these units.
+    """
+
+    time: float
+    R: np.ndarray
+    below: float
+    state: np.ndarray | None = None
+    frame: np.ndarray | None = None
+    rate: np.ndarray | None = None
+
+    @property
+    def growth(self) -> np.ndarray:
+        """ln of the growth of each direction of the frame."""
+        logs = np.log(np.diag(self.R))
+        logs[-1] += self.below
+        return logs
+
+
+class Recorder:
+    """A run that goes on block by block, from where a bundle of tangents stands.
+
+    Parameters
+    ----------
+    bundle : Bundle
+        Its tangents, without the motion's own, are the frame.
+
+    Attributes
+    ----------
+    status : int
+        How the last block ended (method.flow); 0: well.
+    lost : int
+        How many directions the motion's events have taken away since.
+    spread : float
+        Largest ln of the ratio of two directions' growth in a block.
+    """
+
+    def __init__(self, bundle: Bundle):
+        self.bundle, self.model, self.status, self.lost = bundle, bundle.model, 0, 0
+        self.spread = 0.0
+        self.scale, self.crank = scales(self.model), crank_place(self.model)
+        bundle.tangents.count[bundle.at.HELD] = 1
+        self.Q = factors(self._image())[0]
+        self.whole = self.Q.shape[0] == self.Q.shape[1]
+        bundle.tangents.alive[:] = np.arange(len(bundle.tangents.alive)) < self.Q.shape[1]
+        self.longest = LONGEST * self.model.period
+        passed = math.floor(bundle.time / self.model.period + NEAR)
+        self.length, self.next = self.longest, self.model.period * (passed + 1)
+        if self.crank is not None:
+            turned = (self._angle - self.model.crank_angle) * self.model.forward / math.tau
+            self.next = self.model.crank_angle + self.model.forward * math.tau * (math.floor(turned) + 1)
+
+    @property
+    def left(self) -> int:
+        """Number of directions left."""
+        return self.Q.shape[1]
+
+    @property
+    def _angle(self) -> float:
+        return float(self.bundle.motion.s[1 + self.crank])
+
+    def _image(self) -> np.ndarray:
+        """The frame's image in units of the scales, shape (states, directions that are left)."""
+        tangents = self.bundle.tangents
+        return (self.bundle.vectors[tangents.alive.astype(bool)] / self.scale).T
+
+    def blocks(self, until: float, tell: Callable[[], None] | None = None) -> Iterator[Block]:
+        """Go on until a time, the run's end or the last direction's; give each block.
+
+        `tell` as of `Bundle.advance`.
+        """
+        while self.status == 0 and self.left and self.bundle.time < until:
+            block = self._block(until, tell)
+            if self.status == 0 and self.left:
+                yield block
+
+    def _block(self, until: float, tell: Callable[[], None] | None) -> Block:
+        bundle, real, at = self.bundle, self.bundle.tangents.real, self.bundle.at
+        self._carry()
+        real[at.TRACE] = real[at.VOLUME] = 0.0
+        end, there = self._end(until)
+        self.status = bundle.advance(end, tell)
+        image, volume = self._image(), float(real[at.TRACE] + real[at.VOLUME])
+        Q, R = factors(image)
+        if volume == -math.inf:
+            Q, R = self._without_lost(image, Q, R)
+        self.Q, below = Q, 0.0
+        if self.whole and self.lost == 0:
+            R[-1, -1] = max(R[-1, -1], TINY)
+            below = volume - float(np.log(np.diag(R)).sum())
+        self._adapt(R)
+        if not self._passed(there):
+            return Block(bundle.time, R, below)
+        return Block(bundle.time, R, below, bundle.state, Q, bundle.rate() / self.scale)
+
+    def _carry(self) -> None:
+        """Put the frame in place of its image."""
+        d = self.bundle.tangents.d.reshape(len(self.bundle.tangents.alive), -1)
+        d[: self.Q.shape[1], 1:] = (self.Q * self.scale[:, None]).T
+
+    def _without_lost(self, image: np.ndarray, Q: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Give up a direction that an event has left to rounding, and the directions after it."""
+        gone = np.flatnonzero(np.diag(R) <= LOST * np.linalg.norm(image, axis=0))
+        if not gone.size:
+            return Q, R
+        kept = int(gone[0])
+        self.lost += len(R) - kept
+        self.bundle.tangents.alive[kept:] = 0
+        return Q[:, :kept], R[:kept, :kept]
+
+    def _end(self, until: float) -> tuple[float, bool]:
+        """End of the next block, and whether a section point is aimed at."""
+        time, ahead = self.bundle.time, self._ahead()
+        end = until if until - time < 1.001 * self.length else time + self.length
+        if not 0.0 < ahead <= 1.001 * (end - time):
+            return end, False
+        if self.crank is not None and ahead > 0.05 * self.length:
+            return time + AIM * ahead, True
+        return until if abs(until - time - ahead) < NEAR * self.length else time + ahead, True
+
+    def _ahead(self) -> float:
+        """Time to the next section point, at the present speed."""
+        if self.crank is None:
+            return self.next - self.bundle.time
+        speed = float(self.bundle.state[len(self.model.turning) + self.crank])
+        return (self.next - self._angle) / speed if speed else math.inf
+
+    def _passed(self, there: bool) -> bool:
+        """Whether a section point is reached; the next one is aimed at then."""
+        if self.crank is None:
+            if there:
+                self.next += self.model.period
+            return there
+        left = (self.next - self._angle) * self.model.forward
+        if left > NEAR:
+            return False
+        self.next += self.model.forward * math.tau
+        return True
+
+    def _adapt(self, R: np.ndarray) -> None:
+        """Fit the next block to the spread of growth in this one."""
+        logs = np.log(np.diag(R))[: len(R) - (self.whole and self.lost == 0)]
+        spread = float(np.ptp(logs)) if len(logs) else 0.0
+        self.spread = max(self.spread, spread)
+        wanted = self.length * min(2.0, SPREAD / max(spread, 1e-3))
+        self.length = min(self.longest, max(wanted, SHORTEST * self.longest))
+
+
 OTHER = 1  # seed of a second frame
-
-
 UNSETTLED = 1e-3  # rad, from which a vector is not known
 COARSE = 20.0  # ln of the spread of growth in a block, from which the last vectors are inaccurate
 WORDS = {"crank": "the crank's motion", "bending": "the bending of links"}
@@ -126,6 +315,8 @@ def _doubts(result: xr.Dataset) -> str:
 
 
 BETWEEN = "smallest angle between the first vectors and all others"
+
+
 RATES = {
     f"{key}_{word}": Out("vector", f"{before}{name}", "s-1")
     for key, name in (
@@ -134,6 +325,8 @@ RATES = {
     )
     for word, before in (("exponent", ""), ("standard_error", "standard error of the "))
 }
+
+
 OUTPUTS = Outputs(
     "covariant",
     {
@@ -181,7 +374,7 @@ OUTPUTS = Outputs(
     steady,
     usual={"transient": 20},
     outputs=OUTPUTS,
-    left_out=left_out.lasting(20, 100),
+    left_out=rules.lasting(20, 100),
 )
 def covariant(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,
@@ -422,7 +615,7 @@ class Findings:
             "splitting_angle": angles,
             "smallest_angle": angles.min(axis=0),
         }
-        return found | (self._along(vectors) if section_exponents.timeless(self.model) else {})
+        return found | (self._along(vectors) if frame_growth.has_no_clock(self.model) else {})
 
     def _along(self, vectors: np.ndarray) -> dict[str, Any]:
         """The vector that is the motion's own direction, and its angle with that."""
@@ -536,3 +729,83 @@ def _evaluated(model: Model, keys: list[str], time: float, states: np.ndarray) -
     given |= dict(zip(module.PARAMETERS, model.numbers, strict=True))
     values = outputs.evaluate(module, keys, given)
     return np.array([np.broadcast_to(values[key], len(states)) for key in keys])
+
+
+def factors(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """QR factors of a frame's image, columns in units of the states' scales; R has a positive diagonal."""
+    Q, R = np.linalg.qr(image)
+    sign = np.where(np.diag(R) < 0, -1.0, 1.0)
+    return Q * sign, R * sign[:, None]
+
+
+def backward(factors: Iterable[np.ndarray], C: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Take the columns of C back through the factors R.
+
+    Parameters
+    ----------
+    factors : iterable of ndarray, shape (j, j)
+        R of each map, the last one first; a later one may have fewer directions, the leading ones.
+    C : ndarray, shape (j, j)
+        Upper triangular, of unit columns: where the series ends.
+
+    Yields
+    ------
+    C, growth : ndarray
+        Columns where the map begins, and the logarithm by which the map makes each vector grow.
+    """
+    for R in factors:
+        back = np.linalg.solve(R, widened(C, len(R)))  # triangular: no row is exchanged, no zero is filled
+        lengths = np.linalg.norm(back, axis=0)
+        C = back / lengths
+        yield C, -np.log(lengths)
+
+
+def widened(C: np.ndarray, count: int) -> np.ndarray:
+    """C with so many columns, new ones along axes of their own."""
+    wide = np.eye(count)
+    wide[: len(C), : len(C)] = C
+    return wide
+
+
+def start(count: int, seed: int) -> np.ndarray:
+    """Reproducible upper triangular matrix of unit columns, that no direction is left out of."""
+    C = np.triu(np.random.default_rng(seed).normal(size=(count, count)))
+    return C / np.linalg.norm(C, axis=0)
+
+
+def angles_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Angles between the lines of unit columns, rad; small ones to rounding."""
+    along = np.sum(one * other, axis=0)
+    return np.arctan2(np.linalg.norm(other - one * along, axis=0), np.abs(along))
+
+
+def beyond(one: np.ndarray, other: np.ndarray, C: np.ndarray) -> np.ndarray:
+    """Angles of the j-th vector with the span of another frame's first j columns, j = 1, 2, …, in rad.
+
+    Parameters
+    ----------
+    one, other : ndarray, shape (states, columns)
+        Orthonormal frames: that of the vectors, and another.
+    C : ndarray, shape (columns, vectors)
+        The vectors' columns in the first frame.
+    """
+    V, angles = one[:, : len(C)] @ C, []
+    for j in range(min(V.shape[1], other.shape[1])):
+        span = other[:, : j + 1]
+        inside = span.T @ V[:, j]
+        angles.append(np.arctan2(np.linalg.norm(V[:, j] - span @ inside), np.linalg.norm(inside)))
+    return np.array(angles)
+
+
+def splittings(C: np.ndarray) -> np.ndarray:
+    """Smallest angle between the span of the first j vectors and that of all others, j = 1, 2, …, in rad.
+
+    The first j columns span the first j axes, so that the sines of the principal angles are the singular
+    values of what the others, made orthonormal, have across these.
+    """
+    return np.array(
+        [
+            np.arcsin(min(1.0, np.linalg.svd(np.linalg.qr(C[:, j:])[0][j:], compute_uv=False)[-1]))
+            for j in range(1, len(C))
+        ]
+    )

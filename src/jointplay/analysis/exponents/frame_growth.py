@@ -2,6 +2,18 @@
 
 One motion with any number of exponents at a time, or eight motions with one exponent each in the lanes of an
 ensemble (motion.ensemble_runs), whose method is another and whose numbers differ within the tolerance.
+
+Exponents of a section's map, from the growth of tangents along the flow.
+
+Where nothing outside keeps the time, the direction of the motion itself, F = dx/dt, is carried along by the
+tangent flow and through every event (S F- = F+): it neither grows nor shrinks in the long run, and has the
+exponent 0. A section's map has the other exponents, times the length of a turn. The volume of F and j
+tangents is |F| times the volume of what these have across F, and this grows as the sum of the section map's
+first j exponents, exactly, whichever section is taken. So the frame has F as its first tangent
+(method.tangents.tangent), and those after it give the map's exponents.
+
+Validity: a motion that comes to rest has no section, and its exponents are NaN. Reference: Benettin et al.,
+Meccanica 15 (1980) 9-20; Pikovsky and Politi, Lyapunov Exponents (2016), chapter 2.
 """
 
 from __future__ import annotations
@@ -14,11 +26,15 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.exponents import batch_means, section_exponents
+from jointplay.analysis.exponents import batch_means
+from jointplay.analysis.labels import Out
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.tangents import Bundle, scales, tolerated
+from jointplay.solver.codegen import cache
+from jointplay.solver.equations.drives import DRIVES
+from jointplay.solver.equations.structure import Oscillator
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.motion import batching
+from jointplay.solver.motion import eligibility
 from jointplay.solver.motion.eligibility import LEFT, exclusion, route_of
 from jointplay.solver.motion.ensemble_runs import Carried, Tangent, carry, follow_ensemble
 from jointplay.solver.motion.progress import Stopped
@@ -29,6 +45,8 @@ SEED = 20
 OK = 0
 USABLE = (OK, INTERRUPTED)  # ends of a run whose means are those of the time that it reached
 SOLVED = 3.0  # tolerance of the tangents' iteration, in units of rtol
+
+STILL = math.log(1e-6)  # fall of the speed at which a motion counts as having come to rest
 
 
 @dataclass(frozen=True)
@@ -86,13 +104,13 @@ class Stretched:
 
 
 def of_the_section(run: Stretched, turn: float) -> dict[str, np.ndarray]:
-    """Values of `section_exponents.OUTS`, the largest first; `turn` is the length of a turn in s."""
+    """Values of `OUTS`, the largest first; `turn` is the length of a turn in s."""
     found, model = batch_means.estimates(run.rows, run.carried, turn), run.model
     if run.rested:
         vectors = run.logs.stop - run.logs.start
         none = np.full(min(vectors, len(model.state) - model.memories - 1), np.nan)
         found = dict.fromkeys(found, none)
-    return {new: found[old] for new, old in section_exponents.OF_THE_FLOW.items()}
+    return {new: found[old] for new, old in OF_THE_FLOW.items()}
 
 
 def of_the_flow(run: Stretched, count: int) -> tuple[np.ndarray, slice]:
@@ -114,15 +132,15 @@ def grown(
 
     Where the motion comes to rest, its rate is no direction any more, and it is followed anew without that.
     """
-    if error is None and saltation and (run := batching.batched_answer(model, asked)) is not None:
+    if error is None and saltation and (run := eligibility.batched_answer(model, asked)) is not None:
         return run
-    timeless = section_exponents.timeless(model)
+    timeless = has_no_clock(model)
     for neutral in (True, False) if timeless else (False,):
         bundle = framed(model, asked.request, asked.count, saltation, neutral)
         bundle.advance(0.0)
         start = float(bundle.tangents.logs[0])
         rows, ended = follow(bundle, asked.begin, error, progress)
-        if not neutral or section_exponents.moves(start, float(bundle.tangents.logs[0])):
+        if not neutral or moves(start, float(bundle.tangents.logs[0])):
             break
     kept = {"neutral": neutral, "rested": timeless and not neutral, "grazing": bundle.grazing}
     excluded = exclusion(model, asked.request) or ("" if _alike(model, asked) else "exponents")
@@ -132,7 +150,7 @@ def grown(
 def _alike(model: Model, asked: Stretch) -> bool:
     """Whether lanes can carry the tangents: a single one, of an autonomous linkage without memories."""
     alone = asked.count == 1 and model.links and not model.memories
-    return bool(alone) and section_exponents.timeless(model)
+    return bool(alone) and has_no_clock(model)
 
 
 def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[Stretched]:
@@ -156,7 +174,7 @@ def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[St
 
 
 def followed_together(asked: Sequence[tuple[Model, Request | Stretch]]) -> list[Records | Stretched]:
-    """Follow motions side by side, motions with tangents in lanes of their own (motion.batching)."""
+    """Follow motions side by side, motions with tangents in lanes of their own (motion.eligibility)."""
     found: dict[int, Records | Stretched] = {}
     for kind, together in ((Request, follow_ensemble), (Stretch, grown_together)):
         some = [n for n, (_, one) in enumerate(asked) if isinstance(one, kind)]
@@ -177,12 +195,7 @@ def _stretched(model: Model, run: Carried) -> Stretched | None:
     """A motion in lanes as one of `grown`; None where it has to be followed by itself."""
     rows, records = run.rows, run.records
     logs = slice(batch_means.SUMS.stop, rows.shape[1] - len(model.state))
-    if (
-        records is None
-        or not len(rows)
-        or np.isnan(rows).any()
-        or not section_exponents.moves(*rows[[0, -1], logs.start])
-    ):
+    if records is None or not len(rows) or np.isnan(rows).any() or not moves(*rows[[0, -1], logs.start]):
         return None
     ended = {name: getattr(records, name) for name in ("status", "wall_time", "counts", "route")}
     return Stretched(model, rows, logs, True, False, run.grazing, **ended)
@@ -247,3 +260,38 @@ def turn_period(model: Model, rows: np.ndarray) -> float:
         return model.period
     at = rows.shape[1] - len(model.state) + crank
     return 2 * math.pi * float((rows[-1, 0] - rows[0, 0]) / abs(rows[-1, at] - rows[0, at]))
+
+
+def has_no_clock(model: Model) -> bool:
+    """Whether nothing outside keeps the time, so that one exponent of the flow is 0.
+
+    By structure, since rates may not tell: in flight, what is driven by contact alone feels no drive.
+    """
+    structure = model.structure
+    if isinstance(structure, Oscillator):
+        return "phase" not in cache.structure_module(structure).OUTPUTS
+    drive, loads = DRIVES[structure.drive], structure.loads
+    return not (drive.imposed or drive.follows or any(load.course.timed for load in loads))
+
+
+def moves(start: float, end: float) -> bool:
+    """Whether a motion still moves, by ln|F| where it began and at the end."""
+    return bool(start > -math.inf and end - start >= STILL)
+
+
+_NAME = "exponent of the section's map"
+
+
+OUTS = {
+    "section_exponent": Out("multiplier", f"{_NAME}, over the length of a turn", "s-1"),
+    "section_standard_error": Out("multiplier", f"standard error of the {_NAME}", "s-1"),
+    "section_exponent_per_turn": Out("multiplier", f"{_NAME}, per turn", about="without the flow's zero"),
+    "section_standard_error_per_turn": Out("multiplier", f"standard error of the {_NAME}, per turn"),
+    "section_batch_correlation": Out("multiplier", f"correlation of a batch mean with the next, {_NAME}"),
+}
+
+
+OF_THE_FLOW = dict(zip(OUTS, batch_means.ESTIMATES, strict=False))  # what is the same of the flow
+
+
+NUMBER = "number of the exponent of the section's map, the largest first"

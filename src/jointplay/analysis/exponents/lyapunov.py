@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 import numpy as np
 from pydantic import BeforeValidator
 
-from jointplay.analysis import left_out, rules
+from jointplay.analysis import rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, run_values
-from jointplay.analysis.exponents import batch_means, growth, section_exponents
+from jointplay.analysis.exponents import batch_means, frame_growth, growth
 from jointplay.analysis.exponents.batch_means import ERRORS, UNDECIDED, decided, section_correlation
 from jointplay.analysis.exponents.frame_growth import (
     USABLE,
@@ -39,8 +39,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Positive, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
-from jointplay.solver.motion.batching import batchable, batched
-from jointplay.solver.motion.eligibility import FOLLOWED, ROUTES
+from jointplay.solver.motion.eligibility import FOLLOWED, ROUTES, batchable, batched
 from jointplay.solver.motion.ensemble_runs import ensemble_fits
 from jointplay.solver.motion.progress import part
 from jointplay.solver.motion.trajectory import INTERRUPTED, Request, prepare
@@ -152,12 +151,12 @@ OUTPUTS = Outputs(
     "lyapunov",
     {
         "exponent": Out("exponent", "number of the exponent"),
-        "multiplier": Out("multiplier", section_exponents.NUMBER),
+        "multiplier": Out("multiplier", frame_growth.NUMBER),
     },
     batch_means.ESTIMATES
     | batch_means.TRACE
     | batch_means.SUM_RULE
-    | section_exponents.OUTS
+    | frame_growth.OUTS
     | {
         "turn_period": Out((), "mean period of a turn", "s"),
         "grazing": Out((), "smallest relative approach to a guard"),
@@ -185,7 +184,7 @@ OUTPUTS = Outputs(
     ensemble_fits,
     _ensemble_fits,
     outputs=OUTPUTS,
-    left_out=left_out.lasting(20, 300),
+    left_out=rules.lasting(20, 300),
 )
 def lyapunov(  # noqa: D417 (nobody gives it the model)
     mechanism: Moving,

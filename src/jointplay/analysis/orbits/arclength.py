@@ -5,7 +5,7 @@ parameters as fractions of their ranges. From a point with unit tangent t the ne
 
     Phi(x, q) - x = 0,   t . (z - z0) = s,   and with two parameters   g(x, q) = 0
 
-by Newton's method from z0 + s t (Keller 1977); g is the condition of a curve (curves.conditions). c is such
+by Newton's method from z0 + s t (Keller 1977); g is the condition of a curve (curves.tracing). c is such
 that at the start a step is divided evenly between orbit and parameters. Derivatives of the map, in the state
 and in parameters, are exact through every event (map_derivative). A section with an event near it is moved on
 (orbit_search).

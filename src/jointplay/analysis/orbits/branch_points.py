@@ -21,10 +21,10 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.orbits import floquet
+from jointplay.analysis.orbits import shooting
 from jointplay.analysis.orbits.arclength import solve
 from jointplay.analysis.orbits.family import Family, Point
-from jointplay.analysis.orbits.orbit_events import same_events
+from jointplay.analysis.orbits.section_map import same_events
 
 KINDS = ("fold", "branch_point", "period_doubling", "neimark_sacker", "grazing")
 ZERO = 1e-3  # tolerance of a critical multiplier, or of the tangent at a fold
@@ -87,7 +87,7 @@ class Special:
         """The critical multiplier; NaN at a grazing."""
         if self.kind == "grazing":
             return complex(np.nan, np.nan)
-        return floquet.critical(self.point.multipliers, self.kind)
+        return shooting.critical(self.point.multipliers, self.kind)
 
 
 def between(family: Family, one: Point, other: Point) -> list[Special]:
@@ -148,7 +148,7 @@ def _root(one: tuple, other: tuple) -> Any:
 
 def _genuine(kind: str, point: Point) -> bool:
     """Whether a zero of a test function is of its kind, and neither a jump nor that of another kind."""
-    multiplier = floquet.critical(point.multipliers, kind)
+    multiplier = shooting.critical(point.multipliers, kind)
     if kind == "neimark_sacker":
         return abs(multiplier.imag) > REAL and abs(abs(multiplier) - 1) < ZERO
     if kind == "fold":
@@ -181,10 +181,10 @@ def departures(family: Family, special: Special, step: float) -> Iterator[tuple[
     origin = special.point
     P = origin.orbit.image.derivative
     if special.kind == "period_doubling":
-        sides, away = (1,), np.append(floquet.direction(P, -1.0), 0.0)
+        sides, away = (1,), np.append(shooting.direction(P, -1.0), 0.0)
         origin = doubled(origin)
     else:
-        sides, away = (1, -1), np.append(floquet.direction(P, 1.0), 0.0)
+        sides, away = (1, -1), np.append(shooting.direction(P, 1.0), 0.0)
         away -= (away @ origin.tangent) * origin.tangent
         away /= np.linalg.norm(away)
     for side in sides:

@@ -18,11 +18,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy as np
 
-from jointplay.analysis import left_out
+from jointplay.analysis import rules
 from jointplay.analysis.declared import Outputs
+from jointplay.analysis.evaluate import needed
 from jointplay.analysis.keywords import Moving, Names, Settling, Small, Text, analysis
 from jointplay.analysis.labels import Out, along, ended, units
-from jointplay.analysis.orbits import branch_dataset, branch_tangents, orbit_dataset
+from jointplay.analysis.orbits import branch_dataset, orbit_dataset
 from jointplay.analysis.orbits.arclength import first
 from jointplay.analysis.orbits.branch import WHY, Branch, Tracer
 from jointplay.analysis.orbits.branch_dataset import (
@@ -35,18 +36,15 @@ from jointplay.analysis.orbits.branch_dataset import (
 )
 from jointplay.analysis.orbits.branch_points import KINDS, Special, departures
 from jointplay.analysis.orbits.family import Family, Point
-from jointplay.analysis.orbits.orbit_request import ORBIT, Range, Tolerance, branch_fits, started
-from jointplay.analysis.orbits.orbit_search import Search, search
+from jointplay.analysis.orbits.orbit_dataset import ORBIT, Range, Tolerance, branch_fits, started
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
-from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit
+from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit, Search, search
 from jointplay.analysis.quantities import recorded
-from jointplay.analysis.rates import needed
 from jointplay.analysis.starts import placed
 from jointplay.analysis.vary import axes
 from jointplay.display import codes
-from jointplay.display.number_text import plain
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure, plain
 from jointplay.solver.mechanism.base import Flag, Natural, Number, unit
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section
@@ -110,7 +108,7 @@ BENT = "whether the section's modes differ from those at the point before"
 SLOPES = {
     name: replace(orbit_dataset.OUTS[name], long_name=sloped(text))
     for name, text in {
-        **{name: orbit_dataset.OUTS[name].long_name for name in branch_tangents.NUMBERS},
+        **{name: orbit_dataset.OUTS[name].long_name for name in branch_dataset.NUMBERS},
         "orbit_state": "state on the section",
     }.items()
 }
@@ -146,7 +144,7 @@ OUTPUTS = Outputs(
 )
 
 
-@analysis(*ORBIT, branch_fits, usual={"rtol": RTOL}, outputs=OUTPUTS, left_out=left_out.RANGE, model=started)
+@analysis(*ORBIT, branch_fits, usual={"rtol": RTOL}, outputs=OUTPUTS, left_out=rules.RANGE, model=started)
 def continuation(
     mechanism: Moving,
     section: Section = ONCE_A_TURN,

@@ -1,22 +1,33 @@
-"""Variables of periodic orbits: state, numbers, events and history."""
+"""Variables of periodic orbits: state, numbers, events and history.
+
+Types of the keywords of periodic orbits and their branches, and rules that keywords must fit.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Iterator
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import AfterValidator, BeforeValidator
 
 from jointplay.analysis.evaluate import RUN
+from jointplay.analysis.keywords import Small, as_list
 from jointplay.analysis.labels import Out
-from jointplay.analysis.orbits import floquet, orbit_events
-from jointplay.analysis.orbits.orbit_events import BEGINS, CONTACT, KIND, PLACE, TIME
-from jointplay.analysis.orbits.section_map import SectionMap
+from jointplay.analysis.orbits import section_map, shooting
+from jointplay.analysis.orbits.section_map import BEGINS, CONTACT, KIND, PLACE, TIME, SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
-from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.starts import state_names
+from jointplay.analysis.quantities import STATUS, recorded
+from jointplay.analysis.rules import assembled_at, each_alike, turns_alike
+from jointplay.analysis.starts import placed, state_names
+from jointplay.analysis.vary import axes
+from jointplay.display.errors import NOTHING, InputError, Problem, refuse, unknown
 from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.base import Number, accepts, is_number, unit
 from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.parameters import Parameter
+from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Plane, TestSystem
 
 SAMPLES = 720  # a turn, for histories and closest approaches
 PARTS = ("real", "imaginary")
@@ -43,13 +54,15 @@ COORDS = {
 }
 SOUGHT = {"status": Out((), "how the search ended", flags=STATUS), "wall_time": RUN["wall_time"]}
 
+Tolerance = Annotated[Small, unit("tolerance of the residual", "1")]
+
 
 def history(
     section: SectionMap, state: np.ndarray, duration: float, per_turn: int = SAMPLES, sharp: bool = False
 ) -> np.ndarray:
     """Rows of time, state, modes over an orbit in even steps; the last repeats the first (0: none).
 
-    `sharp`: states whose accelerations are resolved (analysis.rates).
+    `sharp`: states whose accelerations are resolved (analysis.evaluate).
     """
     if not per_turn:
         contacts = cache.structure_module(section.model.structure).SIZES["contacts"]
@@ -64,20 +77,20 @@ def orbit_numbers(orbit: Orbit) -> dict[str, Any]:
     section, image = orbit.map, orbit.image
     if orbit.status:
         return missing_numbers(len(section.free)) | {"residual": orbit.residual}
-    multipliers = floquet.multipliers(image.derivative)
+    multipliers = shooting.multipliers(image.derivative)
     begins = np.isin(image.events[:, KIND], BEGINS)
-    gaps, _ = orbit_events.gaps(section.model, history(section, orbit.state, image.time)[:-1])
+    gaps, _ = section_map.gaps(section.model, history(section, orbit.state, image.time)[:-1])
     return {
         "period": float(section.turns),
         "period_time": image.time,
         "residual": orbit.residual,
         "impacts": float(np.sum(begins) / section.turns),
-        "smallest_impact_speed": orbit_events.smallest_impact_speed(section.model, image.events),
-        "closest_approach": orbit_events.closest_approach(gaps, image.events),
+        "smallest_impact_speed": section_map.smallest_impact_speed(section.model, image.events),
+        "closest_approach": section_map.closest_approach(gaps, image.events),
         "grazing": image.grazing if len(image.events) else math.nan,
         "floquet_multiplier": np.stack([multipliers.real, multipliers.imag], -1),
-        "lyapunov_exponent": floquet.exponents(multipliers, image.time),
-        "stable": int(floquet.stable(multipliers)),
+        "lyapunov_exponent": shooting.exponents(multipliers, image.time),
+        "stable": int(shooting.stable(multipliers)),
     }
 
 
@@ -111,6 +124,68 @@ def events(orbit: Orbit, lead: float) -> dict[str, Any]:
     return {
         "event_time": times[order],
         "event_joint": rows[order, CONTACT].astype(np.int16),
-        "event_approach_speed": orbit_events.approach_speeds(orbit.map.model, rows)[order],
+        "event_approach_speed": section_map.approach_speeds(orbit.map.model, rows)[order],
         "event_kind": rows[order, KIND],
     }
+
+
+def _rising(ends: tuple[float, float]) -> tuple[float, float]:
+    if not ends[0] < ends[1]:
+        raise refuse(ends, "two numbers, the lower first, are accepted")
+    return ends
+
+
+Range = Annotated[
+    tuple[Number, Number], BeforeValidator(as_list), AfterValidator(_rising), accepts("a list of two numbers")
+]
+
+
+def started(mechanism: Mechanism | TestSystem, initial: Any) -> Model:
+    """The model that an analysis shares with its rules: the mechanism at a start, or at a whole state."""
+    return assembled_at(mechanism, initial, assembled=placed)
+
+
+def record_fits(mechanism: Mechanism | TestSystem, record: tuple[str, ...] | None) -> None:
+    """Refuse quantities that the mechanism does not have, and integrals over time."""
+    recorded(record, mechanism, integrals=False)
+
+
+def section_fits(mechanism: Mechanism | TestSystem, section: Any) -> Iterator[Problem]:
+    """Yield the problems of a section for the search of an orbit."""
+    if isinstance(section, Plane):
+        if not isinstance(mechanism, TestSystem) or mechanism.period is not None:
+            expected = "a crank angle (or phase of the forcing) is accepted here: kind = 'crank_angle'"
+            yield Problem("section", section.kind, expected)
+        elif section.quantity not in (names := sum(mechanism.order, ())):
+            yield unknown("section.quantity", section.quantity, section.quantity, names, "state")
+    elif not isinstance(section, CrankAngle):
+        expected = "a crank angle, or a plane of a state, is accepted"
+        yield Problem("section", getattr(section, "kind", section), expected)
+    elif isinstance(mechanism, TestSystem) and mechanism.period is None:
+        expected = "a plane of a state is accepted for a system that nothing forces: kind = 'plane'"
+        yield Problem("section", section.kind, expected)
+
+
+def branch_fits(
+    mechanism: Mechanism | TestSystem, parameter: str, range: Any, start: float | None
+) -> Iterator[Problem]:
+    """Yield the problems of a branch over a parameter and its range."""
+    try:
+        axes(mechanism, {parameter: list(range)}, "range")
+    except InputError as error:
+        yield from error.problems
+        return
+    own = Parameter(mechanism, parameter).value
+    if isinstance(own, int):
+        text = f"the range of what can change by little is accepted, and {parameter} is a whole number"
+        yield Problem("range", range, text)
+        return
+    value = own if start is None else start
+    if not is_number(value) or not range[0] <= value <= range[1]:
+        given = NOTHING if value is None else value
+        yield Problem("start", given, f"a number from {range[0]:g} to {range[1]:g} is needed")
+    between = range[0] + 0.3183 * (range[1] - range[0])  # what holds at an odd place too holds everywhere
+    yield from each_alike(mechanism, {parameter: (*range, between)})
+
+
+ORBIT = (section_fits, record_fits, "model", turns_alike)

@@ -16,21 +16,18 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from jointplay.analysis.declared import Outputs
-from jointplay.analysis.evaluate import OF_A_MODEL, RUN, Quantities, joint_flags
+from jointplay.analysis.evaluate import OF_A_MODEL, RUN, Quantities, joint_flags, needed
 from jointplay.analysis.keywords import HANDED, Moving, Names, Settling, analysis
 from jointplay.analysis.labels import Out, ended, units
 from jointplay.analysis.orbits import orbit_dataset
-from jointplay.analysis.orbits.orbit_request import ORBIT, Tolerance
-from jointplay.analysis.orbits.orbit_search import Search, at_phase, search
+from jointplay.analysis.orbits.orbit_dataset import ORBIT, Tolerance
 from jointplay.analysis.orbits.section_map import section_map
-from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE
+from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Search, at_phase, search
 from jointplay.analysis.quantities import EVENTS, recorded
-from jointplay.analysis.rates import needed
 from jointplay.analysis.rules import recorded_from
 from jointplay.analysis.starts import placed
 from jointplay.display import codes
-from jointplay.display.number_text import plain
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure, plain
 from jointplay.solver.mechanism.base import Natural
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from jointplay.analysis import left_out, rules
+from jointplay.analysis import rules
 from jointplay.analysis.declared import Outputs, values_of
 from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import Lasting, Moving, Quantity, Text, analysis
@@ -31,8 +31,7 @@ from jointplay.analysis.labels import Out
 from jointplay.analysis.signals.observable import MOVED, chosen, named, series, too_few
 from jointplay.analysis.simulate import simulate
 from jointplay.display.errors import refuse
-from jointplay.display.number_text import plain
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure, plain
 from jointplay.solver.mechanism.base import Natural, accepts
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.progress import part
@@ -114,7 +113,7 @@ def _known(window: str) -> str:
     rules.length_fits,
     deferred=["model", rules.samples_fit],
     outputs=OUTPUTS,
-    left_out=left_out.lasting(50, 100),
+    left_out=rules.lasting(50, 100),
 )
 def spectrum(
     mechanism: Moving,

@@ -1,9 +1,9 @@
 """Basins of attraction: which attractor each start of a plane reaches.
 
-Every node is followed to its end (`analysis.states.ends`), ends are sorted into attractors
-(`analysis.states.matching`), orbits that attract nothing are left out, and fractions and the boundary's
-dimension are estimated (`analysis.states.basin_uncertainty`). Validity: a motion that has not settled after
-transient and patience is described as it is then.
+Every node is followed to its end, ends are sorted into attractors (`analysis.states.ends`), orbits that
+attract nothing are left out, and fractions and the boundary's dimension are estimated
+(`analysis.states.basin_uncertainty`). Validity: a motion that has not settled after transient and patience is
+described as it is then.
 
 Saddles and repellers that a start hits exactly attract nothing. They are told by the multipliers of the
 section map over the period: one beyond the unit circle, and neighbours leave. Validity: multipliers within
@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Unpack
 import numpy as np
 from pydantic import Field
 
-from jointplay.analysis import left_out, rules
+from jointplay.analysis import rules
 from jointplay.analysis.cells import handed_out, warm
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
@@ -42,8 +42,7 @@ from jointplay.analysis.states.basin_uncertainty import (
     uncertainty_exponent,
     wilson,
 )
-from jointplay.analysis.states.ends import BAD, Observation, ends, features
-from jointplay.analysis.states.matching import Attractors, match
+from jointplay.analysis.states.ends import BAD, Attractors, Observation, ends, features, match
 from jointplay.analysis.states.start_plane import Starts, axis_values, grid
 from jointplay.analysis.sweeps import subdivision
 from jointplay.analysis.sweeps.subdivision import Point, refined, representatives
@@ -156,7 +155,7 @@ OUTPUTS = Outputs(
     rules.turns_alike,
     ensemble_fits,
     outputs=OUTPUTS,
-    left_out=left_out.WHOLE_DISC,
+    left_out=rules.WHOLE_DISC,
     model=rules.on_section,
 )
 def basins(  # noqa: D417 (nobody gives it the model)

@@ -20,8 +20,7 @@ import numpy as np
 
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import on_section
-from jointplay.analysis.starts import free_states, state_names
-from jointplay.analysis.states.journal_position import Journals
+from jointplay.analysis.starts import Journals, free_states, state_names
 from jointplay.display.errors import NOTHING, InputError, Problem, unknown
 from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.mechanism.assemble import assemble

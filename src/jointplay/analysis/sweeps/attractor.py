@@ -4,6 +4,8 @@ A first run drops the transient, a second one from there on is evaluated: sectio
 the word of the turn, near misses; and, where asked for, Lyapunov exponents from its end on. With a section
 at a crank angle both runs end on the section, after whole turns. With another section, or where a forcing's
 phase is no state and the section is at another phase than the start, they last whole nominal periods.
+
+Variables of a point of a bifurcation diagram.
 """
 
 from __future__ import annotations
@@ -12,24 +14,29 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.analysis import contacts, rates, rules
+from jointplay.analysis import contacts, evaluate, rules
 from jointplay.analysis.cells import guarded
 from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.exponents import batch_means, frame_growth
 from jointplay.analysis.exponents.frame_growth import Stretch, followed_together, grown
+from jointplay.analysis.labels import Out, units
 from jointplay.analysis.period import REPEATS, period
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place, end_of, moved, placed
-from jointplay.analysis.sweeps.points import EXPONENTS, LABELLED
 from jointplay.analysis.tangents import scales
+from jointplay.jobs.columns import Plain, shared
+from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
-from jointplay.solver.motion.batching import batch
-from jointplay.solver.motion.eligibility import joined_route
+from jointplay.solver.motion.eligibility import ROUTES, batch, joined_route
 from jointplay.solver.motion.trajectory import Records, Request, follow
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RTOL = 1e-7  # periodic section points then lie within 1e-5 of a clearance; a fifth faster than 1e-8
 TOLERANCE = 1e-4  # of a clearance, or of a test system's unit: spread of section points that count as one
@@ -37,6 +44,9 @@ SPREAD = 1000  # times rtol: what they spread over at most; more than TOLERANCE 
 ALIGN = 20  # turns in which the tangents find their directions
 UNKNOWN = -1  # a period that could not be looked for
 ROW = contacts.ROW
+
+NOT_KNOWN = -1  # of whole numbers, as a period
+LABELLED = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "guide": "prismatic joint"}
 
 
 @dataclass(frozen=True)
@@ -136,7 +146,7 @@ def _run(model: Model, plan: Plan, turns: int, watched: bool) -> Records:
     else:
         fields |= {"duration": end, "at": np.array([end]), "skip": 0 if watched else 10**9}
     looked = {"events": watched, "misses": watched, "log_from": 0.0}
-    looked["rates"] = watched and rates.needed(model, plan.record)
+    looked["rates"] = watched and evaluate.needed(model, plan.record)
     limit = {"rtol": plan.rtol, "max_steps": rules.steps(plan.max_steps)}
     records = follow(model, Request(**limit, **looked, **fields))
     if whole and not records.status and len(records.sections) < (turns if watched else 1):
@@ -172,7 +182,7 @@ def _described(model: Model, plan: Plan, records: Records) -> dict[str, Any]:
         words = contacts.words(model, records, last, bounds, repeats if whole else 0)
         values |= _contacts(model, records, last, turns)
         values["mode_word"] = (("joint",), words) if model.links else ((), words[0])
-    points = rates.quantities(model, plan.rtol, records, rows[-plan.keep :])
+    points = evaluate.quantities(model, plan.rtol, records, rows[-plan.keep :])
     return {
         "status": 0,
         "trouble": "",
@@ -236,3 +246,91 @@ def _exponents(mechanism: Mechanism | TestSystem, result: Mapping[str, Any], pla
     exponents = {name: (out.axes, measured[name]) for name, out in EXPONENTS.items()}
     exponents["exponents_followed"] = ((), np.int8(run.route))
     return done | {"values": result["values"] | exponents}
+
+
+LABELLED |= {"state": "state"}
+
+
+EXPONENTS = {name: out for name, out in batch_means.ESTIMATES.items() if name.startswith("lyapunov")}
+
+
+EXPONENTS |= {name: out for name, out in frame_growth.OUTS.items() if out.units == "1"}  # per turn
+
+
+OUTS = {  # of a test system those along joints are of all its contacts
+    "period": Out(
+        (),
+        "period in section points",
+        comment="turns, where the section is a crank angle; 0: none within period_tolerance; -1: not known",
+    ),
+    "turn_period": Out((), "mean period of a turn", "s"),
+    "impacts": Out("joint", "contacts begun per turn"),
+    "separations": Out("joint", "contacts lost per turn"),
+    "contact_fraction": Out("joint", "fraction of time in contact"),
+    "smallest_impact_speed": Out("joint", "smallest speed at which a contact began", "{speed}"),
+    "smallest_missed_gap": Out("joint", "smallest gap of an approach that missed contact", "{length}"),
+    "mode_word": Out(
+        "joint",
+        "contact modes of the turn, one after another",
+        comment="f free, r released, + - slip, s stick, c contact; of a test system the walls met",
+    ),
+    "followed": Out((), "how the motion was followed", flags=ROUTES),
+    "exponents_followed": Out((), "how the motion was followed while exponents were measured", flags=ROUTES),
+    "n_steps": Out((), "accepted steps"),
+    "end_state": Out(
+        "state", "positions and speeds at the end", comment="rad, m, rad/s, m/s; accepted as a start"
+    ),
+    **EXPONENTS,
+}
+
+
+NUMBERS = {
+    "point": Out("point", "section point"),
+    "exponent": Out("exponent", "number of the exponent"),
+    "multiplier": Out("multiplier", frame_growth.NUMBER),
+}
+
+
+def numbered(found: xr.Dataset) -> xr.Dataset:
+    """The dataset of all points, with `NUMBERS`: section points from 0 on, exponents from 1."""
+    found.attrs.pop("swept")  # its dimensions are no study's `[vary]`
+    own = {dim: out for dim, out in NUMBERS.items() if dim in found.dims}
+    numbers = {dim: np.arange(found.sizes[dim]) + (dim != "point") for dim in own}
+    return found.assign_coords({dim: out.variable(numbers[dim]) for dim, out in own.items()})
+
+
+def labelled(motion: Entry, keep: int) -> Entry:
+    """Answer of a cell from a result of `attractor.settle`, with `keep` section points.
+
+    A motion that failed has the number of its steps alone.
+    """
+    names = motion.get("labels", {}) | ({"state": motion["end"].names} if "end" in motion else {})
+    values = motion.get("values", {}) | {"n_steps": ((), motion.get("n_steps", 0))}
+    if "end" in motion:
+        values["end_state"] = (("state",), motion["end"].state)
+    rows = motion.get("points", {}).items()
+    of = units(bool(names.get("link")))
+    parts = {name: (dims, _padded(dims, each, keep), own) for name, (dims, each, own) in rows}
+    parts |= {name: (*pair, OUTS[name].attributes(of)) for name, pair in values.items()}
+    used = {dim for dims, *_ in parts.values() for dim in dims}
+    labels = {
+        dim: ((dim,), np.array(names[dim], dtype=str), {"long_name": text})
+        for dim, text in LABELLED.items()
+        if dim in used
+    }
+    fields = [
+        (part, name, dims, own)
+        for part, each in (("variables", parts), ("coords", labels))
+        for name, (dims, _, own) in each.items()
+    ]
+    arrays = [np.asarray(each) for _, each, _ in (*parts.values(), *labels.values())]
+    kept = {key: motion[key] for key in ("status", "trouble", "end") if key in motion}
+    return kept | {"dataset": Plain(shared(fields, {}), arrays)}
+
+
+def _padded(dims: tuple[str, ...], values: Any, keep: int) -> np.ndarray:
+    """Values of section points, filled up to `keep` points."""
+    values = np.asarray(values)
+    missing = [(0, keep - n if dim == "point" else 0) for dim, n in zip(dims, values.shape, strict=True)]
+    none = NOT_KNOWN if values.dtype.kind == "i" else np.nan
+    return np.pad(values, missing, constant_values=none) if np.any(missing) else values

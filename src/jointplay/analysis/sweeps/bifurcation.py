@@ -9,19 +9,28 @@ Chaotic Systems (1989), chapter 8; Thompson and Stewart, Nonlinear Dynamics and 
 
 Validity: a sweep shows attractors only, those that its starts lead to, and a transient that dies out more
 slowly than the turns dropped shows as no period.
+
+Adaptive maps of settled motions: points of a reset sweep that are computed where their neighbours differ.
+
+Two points differ where one failed, where their periods differ, where only one has an exponent, or where their
+leading exponents per turn are apart by more than `contrast` and by more than three standard errors of the
+difference; `subdivision` says what follows from that. Points have the keys that they have in the whole
+sweep: a journal of the one is of use to the other.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import combinations, pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from itertools import chain, combinations, pairwise
+from math import hypot, isfinite
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Unpack
 
 import numpy as np
 from pydantic import BeforeValidator
 
-from jointplay.analysis import left_out
-from jointplay.analysis.cells import Read, answered
+from jointplay.analysis import rules
+from jointplay.analysis.cells import Read, Work, answered
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.exponents.batch_means import CHAOTIC, decided, section_correlation
 from jointplay.analysis.keywords import Moving, Names, Settling, Starts, analysis, as_list, as_several
@@ -29,15 +38,15 @@ from jointplay.analysis.labels import PLANE, Out, along
 from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rules import assembled_at, each_alike, quantity
 from jointplay.analysis.starts import placed
-from jointplay.analysis.sweeps import chains, gather, points, stretches, subdivision
+from jointplay.analysis.sweeps import attractor, chains, gather, subdivision
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
-from jointplay.analysis.sweeps.chains import DIRECTIONS, Sweep
-from jointplay.analysis.sweeps.refine import adaptive, refine_fits
+from jointplay.analysis.sweeps.chains import BLOCK, DIRECTIONS, TOGETHER, Chain, Sweep
+from jointplay.analysis.sweeps.subdivision import OUTS, Point, refined, representatives, variables
 from jointplay.analysis.vary import at_largest, axes, checked_axes, largest
 from jointplay.display import codes
 from jointplay.display.errors import InputError, Problem
-from jointplay.display.number_text import plain
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure, plain
+from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, NonNegative, Positive, accepts, unit
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
@@ -45,6 +54,102 @@ from jointplay.solver.motion.ensemble_runs import ensemble_fits
 
 if TYPE_CHECKING:
     import xarray as xr
+
+ERRORS = 3.0  # standard errors beyond which exponents differ
+EXPONENTS = ("section_exponent_per_turn", "lyapunov_exponent_per_turn")  # the first that a point has
+
+
+class Features(NamedTuple):
+    """Status and period of a motion; its leading exponent per turn with its error, NaN where unknown."""
+
+    status: int
+    period: int
+    exponent: float
+    error: float
+
+
+def refine_fits(refine: int, direction: tuple[str, ...]) -> Iterator[Problem]:
+    """Yield a problem where points depend on their neighbours' ends, so that none can be left out."""
+    if refine and {*direction} != {"reset"}:
+        yield Problem("refine", refine, "0 is accepted unless the only direction is reset")
+    if refine > 20:
+        yield Problem("refine", refine, "at most 20 is accepted: boxes of 2^20 values")
+
+
+def features_of(answer: Entry) -> Features:
+    """Features of a point's answer that decide whether others are like it."""
+    values = answer["dataset"].values if "dataset" in answer else []
+    fields = answer["dataset"].layout.fields if "dataset" in answer else []
+    found = {field.name: np.ravel(value) for field, value in zip(fields, values, strict=True)}
+    numbers = [np.nan, np.nan]
+    if name := next((each for each in EXPONENTS if each in found and found[each].size), None):
+        numbers = [float(found[each][0]) for each in (name, name.replace("exponent", "standard_error"))]
+    period = int(found["period"][0]) if "period" in found else -1
+    return Features(int(answer["status"]), period, *numbers)
+
+
+def alike(contrast: float) -> Callable[[list[tuple[Features, ...]]], bool]:
+    """Whether motions with these features, one of each start, may stand for each other."""
+
+    def same(one: Features, other: Features) -> bool:
+        if one[:2] != other[:2] or isfinite(one.exponent) != isfinite(other.exponent):
+            return False
+        apart, error = abs(one.exponent - other.exponent), hypot(one.error, other.error)
+        return not apart > contrast or apart <= ERRORS * error
+
+    def equal(looks: list[tuple[Features, ...]]) -> bool:
+        pairs = combinations(dict.fromkeys(looks), 2)
+        return all(same(a, b) for one, other in pairs for a, b in zip(one, other, strict=True))
+
+    return equal
+
+
+def adaptive(
+    sweep: Sweep, levels: int, contrast: float, progress: Callable[[float], None] | None, n_jobs: int | None
+) -> tuple[list[str], Read, dict[str, Any]]:
+    """Hand out the points of an adaptive map.
+
+    Returns
+    -------
+    keys, read, variables
+        Key of the computed point that stands for each point, the last dimension fastest; all answers; what
+        the dataset says of the map.
+    """
+    shape, keys, reads = sweep.shape[: len(sweep.axes)], np.reshape(sweep.keys, sweep.shape), []
+
+    def evaluated(
+        points: list[Point], tell: Callable[[float], None] | None
+    ) -> dict[Point, tuple[Features, ...]]:
+        wanted = {key for point in points for key in keys[point].flat}
+        size = {"of the grid, in this round": len(wanted)}
+        work = Work(_jobs(sweep, wanted), size, tell, sweep.warm, possible=sweep.keys)
+        reads.append(answered(work, n_jobs))
+        seen = {key: features_of(answer) for key, answer in reads[-1]()}
+        return {point: tuple(seen[key] for key in keys[point].flat) for point in points}
+
+    boxes, computed = refined(shape, levels, alike(contrast), evaluated, progress)
+    place, level = representatives(shape, boxes, computed)
+    own = keys.reshape(-1, *keys.shape[len(shape) :])[place]
+    dims = tuple(axis.name for axis in sweep.axes)
+    found = {name: OUTS[name].variable(each, plane=dims) for name, each in variables(computed, level).items()}
+    return list(own.flat), lambda: chain.from_iterable(read() for read in reads), found
+
+
+def _jobs(sweep: Sweep, wanted: set[str]) -> list[Chain]:
+    """Points with these keys, as many together as in the whole sweep."""
+    known, jobs = {*sweep.keys} - wanted, []
+    left = [rest for each, _ in sweep.chains if (rest := each.left(known, {})) is not None]
+    size = TOGETHER if sweep.plan.ensemble else BLOCK
+    for start in dict.fromkeys(id(each.start) for each in left):
+        own = [each for each in left if id(each.start) == start]
+        keys = [key for each in own for key in each.keys]
+        changes = [change for each in own for change in each.changes]
+        jobs += [
+            replace(own[0], keys=tuple(keys[at : at + size]), changes=tuple(changes[at : at + size]))
+            for at in range(0, len(keys), size)
+        ]
+    return jobs
+
 
 USUAL = (
     *("journal_x", "journal_y", "eccentricity_ratio", "contact_angle", "normal_velocity"),
@@ -72,14 +177,14 @@ def motions(dataset: xr.Dataset) -> xr.DataArray:
     known = [f"period {n}" if n > 0 else "" for n in range(int(max(period.max(), 0)) + 1)]
     named = period.copy(data=np.array(known)[np.maximum(period.values, 0)])
     words = codes.chosen(period > 0, named, none)
-    return codes.chosen(dataset["cell_status"] == 0, words, stretches.FAILED)
+    return codes.chosen(dataset["cell_status"] == 0, words, codes.FAILED)
 
 
 def answer(dataset: xr.Dataset) -> str:
     """Settled motions over the parameter, direction by direction where they differ."""
     if "period" not in dataset:
         every = [str(dim) for dim in dataset["cell_status"].dims if dim not in ("start", "direction")]
-        return "\n".join(stretches.failures(dataset, every))
+        return "\n".join(codes.failures(dataset, every))
     return "\n".join([*_told(dataset), *_saved(dataset)])
 
 
@@ -99,16 +204,16 @@ def _told(dataset: xr.Dataset) -> list[str]:
     words = motions(dataset)
     beside = [dim for dim in ("start", "direction") if dim in words.dims]
     dims = [str(dim) for dim in words.dims if dim not in beside]
-    lines = stretches.failures(dataset, dims)
+    lines = codes.failures(dataset, dims)
     stacked = words.transpose(*beside, *dims).values.reshape(-1, *(dataset.sizes[dim] for dim in dims))
     names = _ways(words, beside)
     axes = [dataset[dim] for dim in dims]
     if all(np.array_equal(stacked[0], other) for other in stacked[1:]):
-        return [*lines, stretches.told(stacked[0], axes), *_windows(stacked[0], axes)]
+        return [*lines, codes.told(stacked[0], axes), *_windows(stacked[0], axes)]
     for name, each in zip(names, stacked, strict=True):
-        lines += [f"{name}: {line}" for line in (stretches.told(each, axes), *_windows(each, axes))]
+        lines += [f"{name}: {line}" for line in (codes.told(each, axes), *_windows(each, axes))]
     if (differ := _differ(stacked)).any():
-        at = f"at {np.count_nonzero(differ)} of {differ.size} values{stretches.places(differ, axes)}"
+        at = f"at {np.count_nonzero(differ)} of {differ.size} values{codes.places(differ, axes)}"
         lines.append(f"motions coexist {at}")
     return lines
 
@@ -119,10 +224,10 @@ def _windows(words: np.ndarray, axes: Sequence[xr.DataArray]) -> list[str]:
         return []
     chaos, values = np.flatnonzero(words == CHAOTIC), axes[0].values
     units = str(axes[0].attrs.get("units", "1"))
-    pairs = [(a, b) for a, b in pairwise(chaos) if b > a + 1 and stretches.FAILED not in words[a + 1 : b]]
+    pairs = [(a, b) for a, b in pairwise(chaos) if b > a + 1 and codes.FAILED not in words[a + 1 : b]]
     narrow = [(a, b) for a, b in pairs if abs(values[b] - values[a]) <= LASTS * abs(values[a])]
     each = []
-    for a, b in narrow[: stretches.NAMED]:
+    for a, b in narrow[: codes.NAMED]:
         ends = " to ".join(measure(values[i], units, 5) for i in (a, b))
         each.append(f"{ends} ({', '.join(sorted({*words[a + 1 : b]}))})")
     more = f" and {len(narrow) - len(each)} more" if len(narrow) > len(each) else ""
@@ -211,11 +316,13 @@ def lanes_fit(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: float
 
 
 EACH = (PLANE, "direction")  # and start, where there are several
+
+
 OUTPUTS = Outputs(
     "bifurcation",
-    {"direction": chains.DIRECTION} | points.NUMBERS,
+    {"direction": chains.DIRECTION} | attractor.NUMBERS,
     {"QUANTITY": Out((*EACH, "point"), "what `record` asks for at the last section points", "", "else NaN")}
-    | along(points.OUTS | gather.OF_CELL, *EACH)
+    | along(attractor.OUTS | gather.OF_CELL, *EACH)
     | subdivision.OUTS
     | {"period_tolerance": Out((), "spread of section points that count as one"), "status": gather.ENDED},
     answer,
@@ -235,7 +342,7 @@ OUTPUTS = Outputs(
     varied=at_largest,
     usual={"rtol": RTOL},
     outputs=OUTPUTS,
-    left_out=left_out.over(40),
+    left_out=rules.over(40),
 )
 def bifurcation(
     mechanism: Moving,
@@ -360,5 +467,5 @@ def names(record: Sequence[str] | None, mechanism: Mechanism | TestSystem) -> tu
 def assembled(sweep: Sweep, keys: Sequence[str], read: Read) -> xr.Dataset:
     """Make the dataset of `bifurcation` of the answers of its points, each under the key of one."""
     variables, _ = OUTPUTS.variables_of({"period_tolerance": float(sweep.plan.spread)})
-    result = points.counted(gather.dataset("bifurcation", sweep, keys, read).assign(variables))
+    result = attractor.numbered(gather.dataset("bifurcation", sweep, keys, read).assign(variables))
     return result if len(sweep.starts) > 1 else result.isel(start=0, drop=True)

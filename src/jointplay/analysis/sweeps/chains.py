@@ -11,19 +11,21 @@ from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from itertools import product, zip_longest
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from jointplay.analysis.cells import Work, guarded
 from jointplay.analysis.labels import Out
 from jointplay.analysis.starts import End, continued
-from jointplay.analysis.sweeps.attractor import Plan, settle, settle_together
-from jointplay.analysis.sweeps.points import labelled
+from jointplay.analysis.sweeps.attractor import Plan, labelled, settle, settle_together
 from jointplay.analysis.vary import Axis, largest
 from jointplay.jobs.job import Entry, Kept, Notes, key_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.ensemble_runs import FEWEST, in_lanes
+
+if TYPE_CHECKING:
+    pass
 
 DIRECTIONS = ("up", "down", "reset")
 DIRECTION = Out("direction", "direction of the sweep", "")

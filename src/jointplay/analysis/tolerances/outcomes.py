@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis import rates, rules
+from jointplay.analysis import evaluate, rules
 from jointplay.analysis.assessment.assess import bearing_area
 from jointplay.analysis.assessment.forces import forces
 from jointplay.analysis.assessment.settled import CHANGES, Settled, Unsettled
@@ -28,7 +28,7 @@ from jointplay.analysis.quantities import WORDS
 from jointplay.analysis.recorded_spans import peaks
 from jointplay.analysis.starts import End, placed, state_names
 from jointplay.analysis.sweeps.attractor import Plan, settle, settle_together
-from jointplay.analysis.tolerances.asked_quantities import COUNTED, OF_JOINT, PLAIN, joint_of
+from jointplay.analysis.tolerances.spreads import COUNTED, OF_JOINT, PLAIN, joint_of
 from jointplay.solver.mechanism.parameters import INITIAL
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.trajectory import Request, follow
@@ -53,7 +53,7 @@ class Asked:
     events : tuple of str
         Of `settled.CHANGES`.
     quantities : tuple of str
-        As `asked_quantities.known_quantities` has them.
+        As `spreads.known_quantities` has them.
     """
 
     plan: Plan
@@ -215,7 +215,7 @@ def _of_course(
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     heads = {name: key.partition(":")[::2] for name, (_, key) in wanted.items()}
     heads = {n: ("state_value" if word == "state" else word, label) for n, (word, label) in heads.items()}
-    given = rates.quantities(model, plan.rtol, records, rows)
+    given = evaluate.quantities(model, plan.rtol, records, rows)
     found = {
         n: each[1] for n, each in given.variables([*{word for word, _ in heads.values()}], "time").items()
     }

@@ -15,6 +15,8 @@ first part of more samples.
 References: ISO 286-1:2010; D. C. Montgomery, Introduction to Statistical Quality Control (2012), chapter 8;
 A. B. Owen, SIAM J. Numer. Anal. 34 (1997) 1884; R. B. Nelsen, An Introduction to Copulas (2006).
 Validity: the tail beyond a share of `TAIL` at either end is not checked against what the number can be.
+
+Quantities that can be asked of each sample: names, words, units.
 """
 
 from __future__ import annotations
@@ -28,13 +30,14 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, model_validator
 
+from jointplay.analysis.gradients import selection
 from jointplay.analysis.vary import axes, repeated
 from jointplay.display.errors import InputError, Problem, join, unknown
 from jointplay.solver.mechanism.base import Name, Number, Positive, Record, accepts, unit
 from jointplay.solver.mechanism.measures import in_si
 from jointplay.solver.mechanism.parameters import INITIAL, Parameter, declared_units
 from jointplay.solver.mechanism.parts.fits import limits
-from jointplay.solver.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.mechanism.records import Joint, Mechanism, TestSystem
 
 FORMS = ("normal", "lognormal", "uniform", "triangular", "values", "within", "fit", "scipy")
 TAIL = 1e-6
@@ -43,6 +46,17 @@ GRID = 100_000  # quantiles from which moments of what is cut off are
 MOST_BITS = 30  # of Sobol's sequence
 LEAST_EIGENVALUE = -1e-9  # of a correlation matrix, as far as rounding goes
 _WORDS = f"a table of parameters, each with its spread as a table with one of {', '.join(FORMS)},"
+
+OF_JOINT = {
+    "force": ("largest joint force", "N"),
+    "impact_speed": ("largest normal speed with which contact begins", "m s-1"),
+    "pressure": ("largest force over the bearing's projected area", "Pa"),
+    "sliding_work": ("normal force times sliding distance per turn", "J"),
+    "impact_loss": ("energy lost by normal contact per turn", "J"),
+    "friction_loss": ("energy lost by friction per turn", "J"),
+}
+COUNTED = {"separations": "contacts lost per turn", "impacts": "contacts begun per turn"}
+PLAIN = {"period": ("period in turns, 0 for none", "1"), "turn_period": ("mean period of a turn", "s")}
 
 
 class Spread(Record):
@@ -444,3 +458,30 @@ def parameter_words(mechanism: Mechanism | TestSystem, key: str) -> tuple[str, s
         return f"{key.removeprefix(INITIAL)} at the start", units_of(mechanism, key) or "1"
     found = Parameter(mechanism, key)
     return found.noun, found.cf_units
+
+
+def known_quantities(mechanism: Mechanism | TestSystem) -> list[str]:
+    """Names of all quantities that can be asked for: those of `gradient`, and of contacts."""
+    inside = [
+        name for name in selection.known_quantities(mechanism) if name.partition(":")[0] in selection.POINTS
+    ]
+    if isinstance(mechanism, TestSystem):
+        return [*PLAIN, *COUNTED, *inside]
+    joints, free = mechanism.contacts, [joint.name for joint in mechanism.joints if joint.ideal]
+    own = [f"{word}:{name}" for word in (*COUNTED, *OF_JOINT) for name in joints]
+    return [*PLAIN, *own, *(f"force:{name}" for name in free), *inside]
+
+
+def joint_of(mechanism: Mechanism, name: str) -> Joint:
+    """The joint whose contact a quantity is of."""
+    return next(each for each in mechanism.joints if name.partition(":")[2] in each.contacts)
+
+
+def words_of(name: str) -> tuple[str, str]:
+    """What a quantity is, and its units."""
+    head, _, label = name.partition(":")
+    if head in selection.POINTS:
+        found = selection.quantity(name)
+        return found.noun, found.units
+    text, units = (PLAIN | OF_JOINT | {key: (each, "1") for key, each in COUNTED.items()})[head]
+    return f"{text}, {label}" if label else text, units

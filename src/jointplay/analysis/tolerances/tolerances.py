@@ -36,8 +36,7 @@ from jointplay.analysis.sweeps.attractor import RTOL
 from jointplay.analysis.sweeps.bifurcation import ONCE_A_TURN, lanes_fit
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.tolerances import estimates
-from jointplay.analysis.tolerances import outcome_edges as edge_search
-from jointplay.analysis.tolerances.asked_quantities import joint_of, known_quantities, words_of
+from jointplay.analysis.tolerances import estimates as edge_search
 from jointplay.analysis.tolerances.outcomes import (
     FAILED,
     NO,
@@ -53,13 +52,15 @@ from jointplay.analysis.tolerances.spreads import (
     Design,
     Spreads,
     dependence_fits,
+    joint_of,
+    known_quantities,
     parameter_words,
     spreads_fit,
+    words_of,
 )
 from jointplay.display import codes
 from jointplay.display.errors import ModelWarning, Problem, unknown
-from jointplay.display.number_text import counted, percent, plain
-from jointplay.display.units import measure
+from jointplay.display.number_text import counted, measure, percent, plain
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, NonNegative, Number, accepts
 from jointplay.solver.mechanism.parameters import INITIAL, Parameter

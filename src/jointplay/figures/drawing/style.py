@@ -2,6 +2,8 @@
 
 Widths and type sizes follow what mechanics and dynamics journals print (columns of 84-90 and 174-190 mm,
 8-9 pt sans-serif, embedded TrueType). Colours differ in lightness as well as in hue: a grey print keeps them.
+
+Axes of somebody else's figure in the place of a figure of our own, for drawings of one panel.
 """
 
 from __future__ import annotations
@@ -12,20 +14,20 @@ from contextvars import ContextVar
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 from cycler import cycler
 
-from jointplay.figures.drawing.panel import Panel
+from jointplay.figures.drawing import select
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import SubFigure
+    from matplotlib.figure import Figure, SubFigure
     from xarray import Dataset
 
-    from jointplay.figures.drawing.saved import Sheet
+    from jointplay.figures.drawing.derived import Sheet
 
 MILLIMETRE = 1 / 25.4
 COLUMNS = {"single": 88.0, "double": 180.0}  # mm
-
 BLACK, BLUE, AMBER, GREY = "#000000", "#0072b2", "#e69f00", "#7f7f7f"
 MORE = ("#8b2500", "#56b4e9", "#007a5a", "#cc79a7")  # of lines beyond the fourth
 DASHES = (
@@ -33,11 +35,9 @@ DASHES = (
     *((0, (6, 1, 1, 1, 1, 1)), (0, (10, 2)), (0, (3, 2.5)), (0, (1, 2.5))),
 )
 DISC, WARNING = "#f2f2f2", "#a40000"
-
 # dark and thick against light and thin: distinct without colour
 IN_CONTACT = {"color": "#00334d", "linewidth": 1.0, "linestyle": "-", "label": "contact"}
 IN_FLIGHT = {"color": AMBER, "linewidth": 0.6, "linestyle": "-", "label": "free flight"}
-
 RC = {
     "agg.path.chunksize": 20_000,  # longer paths are drawn in pieces: the rasterizer holds no more
     "axes.formatter.limits": (-3, 5),
@@ -94,6 +94,8 @@ class Settings(NamedTuple):
 
 
 _USUAL = Settings()
+
+
 _SETTINGS: ContextVar[Settings] = ContextVar("settings", default=_USUAL)
 
 
@@ -126,7 +128,7 @@ def sheet(width: float, height: float) -> Sheet | SubFigure | Panel:
     """Return an empty figure, of `width` and `height` in mm, or the user's axes or subfigure instead."""
     from matplotlib.axes import Axes
 
-    from jointplay.figures.drawing.saved import Sheet
+    from jointplay.figures.drawing.derived import Sheet
 
     given = _SETTINGS.get()
     if isinstance(given.ax, Axes):
@@ -139,3 +141,72 @@ def sheet(width: float, height: float) -> Sheet | SubFigure | Panel:
     figure = Sheet(figsize=(width * MILLIMETRE, height * MILLIMETRE))
     figure.style = partial(paper, given.rc | {"figure.constrained_layout.use": False})  # it is laid out then
     return figure
+
+
+class Panel:
+    """A user's axes that answer as a figure with one panel; size and layout are their owner's.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where to draw.
+    """
+
+    def __init__(self, ax: Axes) -> None:
+        self.ax, self.figure, self.axes = ax, ax.figure, [ax]
+
+    def subplots(self, rows: int = 1, columns: int = 1, squeeze: bool = True, **_: Any) -> Any:
+        """Give the axes, where one panel is wanted."""
+        if rows * columns > 1:
+            self._several(rows * columns)
+        return self.ax if squeeze else np.array([[self.ax]])
+
+    def subfigures(self, rows: int, columns: int, **_: Any) -> Any:
+        """Refuse: a sheet of several results has several panels."""
+        self._several(rows * columns)
+
+    def subplot_mosaic(self, mosaic: str, **_: Any) -> Any:
+        """Refuse: a mosaic has several panels."""
+        self._several(len({*mosaic} - {";"}))
+
+    def add_gridspec(self, rows: int, columns: int, **_: Any) -> Any:
+        """Give the place of the axes, where one panel is wanted."""
+        if rows * columns > 1:
+            self._several(rows * columns)
+        return np.empty((1, 1))
+
+    def add_subplot(self, _: Any) -> Axes:
+        """Give the axes."""
+        return self.ax
+
+    def supxlabel(self, words: str, **_: Any) -> None:
+        """Write below the label of the x axis."""
+        self.ax.set_xlabel(f"{self.ax.get_xlabel()}\n{words}")
+
+    @staticmethod
+    def _several(count: int) -> None:
+        expected = f"a matplotlib SubFigure: this figure has {count} panels, which one Axes cannot hold"
+        raise select.refuse("ax", "an Axes", expected)
+
+    def legend(self, *entries: Any, loc: str = "best", **look: Any) -> None:
+        """Put the legend inside the axes."""
+        self.ax.legend(*entries, **look, loc="best" if loc.startswith("outside") else loc)
+
+    def colorbar(self, mesh: Any, **look: Any) -> Any:
+        """Put the colour bar next to the axes."""
+        return self.ax.figure.colorbar(mesh, **look)
+
+    def findobj(self, *match: Any) -> list[Any]:
+        """Find artists in the axes."""
+        return self.ax.findobj(*match)
+
+    def suptitle(self, words: str, **look: Any) -> None:
+        """Write on top of the axes."""
+        look.pop("bbox", None)
+        self.ax.set_title(words, **look)
+
+
+def owner(figure: Any) -> Figure:
+    """Return the whole figure that something was drawn in."""
+    inner = figure.ax.figure if isinstance(figure, Panel) else figure
+    return inner.get_figure(root=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.display.errors import Problem, unknown
-from jointplay.display.units import Shown
+from jointplay.display.number_text import Shown
 from jointplay.figures.drawing import artists, select, style
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure
 from jointplay.figures.drawing import artists, style
 from jointplay.figures.linkage import symbols
 from jointplay.solver.mechanism.parts.joints import Joint

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure
 from jointplay.figures.drawing import artists, envelope, style
 from jointplay.figures.linkage import enlarged, guide, symbols
 from jointplay.figures.linkage.scene import Loose, Scene, spread

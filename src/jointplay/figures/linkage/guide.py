@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure
 from jointplay.figures.drawing import style
 from jointplay.figures.linkage import symbols
 from jointplay.solver.equations.structure import CORNERS

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from jointplay.display.errors import NOTHING, Problem
-from jointplay.display.units import shown
+from jointplay.display.number_text import shown
 from jointplay.figures.drawing import select, style
-from jointplay.figures.drawing.panel import owner
+from jointplay.figures.drawing.style import owner
 from jointplay.figures.linkage import enlarged
 from jointplay.figures.linkage.sketch import Sketch, gravity
 from jointplay.figures.registry import picture

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.figures.drawing import angles, artists, select, style, timebase, window_panels
+from jointplay.figures.drawing import artists, select, style, timebase
 from jointplay.figures.registry import picture
 
 if TYPE_CHECKING:
@@ -19,9 +19,9 @@ PANEL, GAP, MARGINS = 28.0, 7.0, 23.0  # mm of height
 FLIGHT = 2.0  # pt: flights are a short part of a turn
 # name of a row, its function of the stored angle, the range in deg that it is confined to
 ROWS = (
-    ("wrapped", angles.wrapped, 360.0),
-    ("unwrapped", angles.unwrapped, None),
-    ("arctan $(r_y/r_x)$", angles.principal, 180.0),
+    ("wrapped", timebase.wrapped, 360.0),
+    ("unwrapped", timebase.unwrapped, None),
+    ("arctan $(r_y/r_x)$", timebase.principal, 180.0),
 )
 
 
@@ -51,25 +51,25 @@ def contact_angle(
     """
     width = style.COLUMNS[select.choice("column", column, style.COLUMNS)]
     joint = select.label(dataset, "joint", joint)
-    panes = window_panels.panes(timebase.window(dataset, turns, time))
+    panes = timebase.panes(timebase.window(dataset, turns, time))
     figure = style.sheet(width, len(ROWS) * (PANEL + GAP) + MARGINS)
     axes = figure.subplots(len(ROWS), len(panes), sharex="col", squeeze=False)
-    window_panels.apart(figure, panes)
+    timebase.apart(figure, panes)
     for column_axes, pane in zip(axes.T, panes, strict=True):
         bases = pane.bases(dataset, axis)
         angle_column(column_axes, pane.samples, joint, bases[0])
         timebase.dress(column_axes[-1], column_axes[0], bases, "right" if pane.title else "center")
     for row in axes:
-        window_panels.level(row)
-        window_panels.name_once(row)
-    window_panels.head(axes, panes, two_axes=len(bases) > 1)
+        timebase.level(row)
+        timebase.name_once(row)
+    timebase.head(axes, panes, two_axes=len(bases) > 1)
     artists.shared_legend(figure, axes[0], 2)
     return artists.finish(figure, dataset)
 
 
 def angle_column(axes: np.ndarray, part: Dataset, joint: str, base: timebase.Base) -> None:
     """Draw one stretch of time, a panel a row."""
-    from jointplay.figures.drawing.ticks import Degrees
+    from jointplay.figures.drawing.derived import Degrees
 
     array = select.curve(part, "contact_angle", "kind", joint=joint)
     x, degrees = base.forward(array["time"].values), artists.displayed(array)[0]
@@ -86,7 +86,7 @@ def angle_panel(ax: Axes, x: np.ndarray, degrees: np.ndarray, contact, span: flo
     """Draw an angle that is confined to a range of `span` deg, if to any."""
     if span is not None:
         masks = [] if contact is None else [contact]
-        x, degrees, *masks = angles.broken(degrees, span, x, degrees, *masks)
+        x, degrees, *masks = timebase.broken(degrees, span, x, degrees, *masks)
         contact = masks[0] if masks else None
         ax.set_ylim(-0.53 * span, 0.53 * span)
     artists.path(ax, x, degrees, contact, flight=FLIGHT)

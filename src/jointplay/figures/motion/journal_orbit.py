@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.figures.drawing import artists, select, style, timebase, window_panels
+from jointplay.figures.drawing import artists, select, style, timebase
 from jointplay.figures.registry import picture
 from jointplay.solver.equations.structure import CORNERS
 
@@ -45,7 +45,7 @@ def journal_orbit(
         As in `time_history`.
     """
     width = style.COLUMNS[select.choice("column", column, style.COLUMNS)]
-    part = window_panels.last(timebase.window(dataset, turns, time))
+    part = timebase.last(timebase.window(dataset, turns, time))
     figure = style.sheet(width, min(width, 120.0) + 8)
     ax = figure.subplots()
     orbit_panel(ax, part, joint)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from jointplay.figures.drawing import artists, select, style, timebase, window_panels
+from jointplay.figures.drawing import artists, select, style, timebase
 from jointplay.figures.motion.journal_orbit import orbit_panel
-from jointplay.figures.motion.phase_portrait import portrait_panel
-from jointplay.figures.motion.poincare_section import counted, journal_points
+from jointplay.figures.motion.phase_portrait import counted, journal_points, portrait_panel
 from jointplay.figures.motion.time_history import between, history_panel, legends
 from jointplay.figures.registry import picture
 
@@ -38,7 +37,7 @@ def overview(dataset: Dataset, *, joint: str | None = None, turns: float | Seque
         expected = "a response of a mechanism with clearance; else one of the other kinds"
         raise select.refuse("kind", "overview", expected)
     joints = loose(dataset)[:MOST] if joint is None else [select.label(dataset, "joint", joint)]
-    part = window_panels.last(timebase.window(dataset, turns))
+    part = timebase.last(timebase.window(dataset, turns))
     figure = style.sheet(180.0, FORCES + JOINT * len(joints))
     columns = 3 if "turn" in dataset.dims else 2
     grid = figure.add_gridspec(1 + len(joints), columns, height_ratios=(1.0, *[1.15] * len(joints)))

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.display import codes
-from jointplay.display.units import Shown
-from jointplay.figures.drawing import angles, artists, envelope, select, style, timebase, window_panels
+from jointplay.display.number_text import Shown
+from jointplay.figures.drawing import artists, envelope, select, style, timebase
 from jointplay.figures.registry import picture
 
 if TYPE_CHECKING:
@@ -68,28 +68,28 @@ def time_history(
     part = timebase.window(dataset, turns, time)
     arrays = chosen(part, variables, link=link, joint=joint, pin=pin)
     rows = event_rows(dataset, part, events, joint)
-    panes = window_panels.panes(part)
+    panes = timebase.panes(part)
     heights = [PANEL] * len(arrays) + [2 + STRIP * len(rows)] * bool(rows)
     figure = style.sheet(width, sum(heights) + GAP * len(heights) + MARGINS)
     layout = {"sharex": "col", "squeeze": False, "height_ratios": heights}
     axes = figure.subplots(len(heights), len(panes), **layout)
-    window_panels.apart(figure, panes)
+    timebase.apart(figure, panes)
     for number, pane in enumerate(panes):
         bases = pane.bases(dataset, axis)
         history_column(axes[:, number], pane, arrays, bases[0], rows)
         timebase.dress(axes[-1, number], axes[0, number], bases, "right" if pane.title else "center")
     for number, row in enumerate(axes):
         if number < len(arrays):
-            window_panels.level(row)
-        window_panels.name_once(row, ticks=number >= len(arrays))
+            timebase.level(row)
+        timebase.name_once(row, ticks=number >= len(arrays))
     legends(axes[:, -1])
-    window_panels.head(axes, panes, two_axes=len(bases) > 1)
+    timebase.head(axes, panes, two_axes=len(bases) > 1)
     return artists.finish(figure, dataset)
 
 
 def history_column(
     axes: Sequence[Axes],
-    pane: window_panels.Pane,
+    pane: timebase.Pane,
     arrays: Sequence[DataArray],
     base: timebase.Base,
     rows: dict,
@@ -185,7 +185,7 @@ def history_panel(
         ax.set_xlim(timebase.limits(base, x))
     doubts: dict[str, list] = {}
     for number, (column, name) in enumerate(zip(columns.T, names, strict=True)):
-        xs, ys = angles.broken(column, 360.0, x, column) if array.name in WRAPPED else (x, column)
+        xs, ys = timebase.broken(column, 360.0, x, column) if array.name in WRAPPED else (x, column)
         own = tuple(each[:, number] for each in ends) or None
         doubts.setdefault(envelope.course(ax, xs, ys, own, label=name if named else "_"), []).append(name)
     said = [f"{', '.join(of)}: {words}" if named else words for words, of in doubts.items() if words]

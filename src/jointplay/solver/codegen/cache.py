@@ -24,8 +24,8 @@ from typing import IO, Any
 
 from ..equations.structure import Linkage, Oscillator
 from ..method.interface import Compiled, interpreted
-from . import generated, objects, place, prebuilt
-from .digest import digest as digest
+from . import generated, place, prebuilt
+from .place import digest as digest
 
 # this very package, and no path that leads to it: a folder on the path brings all that lies there
 CHILD = """
@@ -68,7 +68,7 @@ def build(name: str) -> bytes:
     from ..method.compiler import object_code
 
     place.compiling(name)
-    kind = objects.target()
+    kind = place.target()
     code = object_code(_module_of(name), kind.cpu, kind.features)
     place.write(_file(name), code)
     return code
@@ -79,7 +79,7 @@ def _module_of(name: str) -> ModuleType:
 
 
 def _file(name: str) -> str:
-    return f"{name}.{objects.target().digest}.o"
+    return f"{name}.{place.target().digest}.o"
 
 
 def _found(name: str) -> bytes | None:
@@ -95,7 +95,7 @@ def _loaded(name: str) -> SimpleNamespace:
     if interpreted():
         return SimpleNamespace(**{each: getattr(module, each) for each in module.UNIT})
     code = _found(name) if name not in _compiling else None
-    library = objects.Library(_compiled(name) if code is None else code)
+    library = place.Library(_compiled(name) if code is None else code)
     functions = {
         each: Compiled(library.address(each), signature, library) for each, signature in module.UNIT.items()
     }

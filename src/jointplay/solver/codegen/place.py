@@ -6,6 +6,20 @@ somebody else is not read any further: it is removed with a line, and whoever as
 
 A file is complete and on the disk before its name shows. Waiting for the disk would lengthen a first run by
 some percent, so threads of their own do, one after the other; until then a file is read from memory.
+
+Digest of all that decides compiled code: its sources, and the versions and flags that shape it.
+
+Numba notices an edit in a function's own file only, and would answer with stale numbers after an edit
+elsewhere. So everything that decides is digested, laws that other packages publish among it, and what is
+compiled lies in a folder of that name: an edit is another folder.
+
+Upkeep of the kernel cache, for the verb ``cache``: list, verify and remove compiled code.
+
+Machine code: instructions into object code, object code into functions by address.
+
+Nothing here knows numba. The processor is this machine's, or the one that $NUMBA_CPU_NAME and
+$NUMBA_CPU_FEATURES name; instructions are optimised as numba does it: loops are vectorised, straight lines
+not (which would change last digits).
 """
 
 from __future__ import annotations
@@ -14,18 +28,26 @@ import atexit
 import hashlib
 import logging
 import os
+import platform
+import re
 import shutil
 import stat
 import sys
 import tempfile
+import time
 from contextlib import suppress
 from functools import cache, lru_cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from threading import Lock, Thread
+from types import ModuleType
+from typing import TYPE_CHECKING, NamedTuple
 
-from jointplay.display.errors import InputError, Problem
+from ...display.errors import InputError, Problem
+from ..extensions import code_files, packages
 
-from .digest import digest
+if TYPE_CHECKING:
+    import llvmlite.binding
 
 HANDED = "JOINTPLAY_KERNELS"  # a folder for the processes that this one starts
 PREFIX = "kernel cache: "
@@ -35,6 +57,13 @@ _user = getattr(os, "geteuid", lambda: 0)
 _pending: dict[str, bytes] = {}
 _last = Thread()  # the last of the threads that write
 _lock = Lock()
+SOURCES = ("equations", "codegen", "method")
+FLAGS = (
+    *("NUMBA_BOUNDSCHECK", "NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_DISABLE_JIT"),
+    *("NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE", "NUMBA_ENABLE_AVX", "NUMBA_DISABLE_INTEL_SVML"),
+)
+SETTINGS = ".numba_config.yaml"  # of the current folder: numba reads flags there as well
+ABANDONED = 3600.0  # s after which nobody goes on writing a file
 
 
 class UnsoundError(Exception):
@@ -273,3 +302,152 @@ def flush_names(folder: Path) -> None:
             os.fsync(above)
         finally:
             os.close(above)
+
+
+@lru_cache(maxsize=1)
+def digest() -> str:
+    """Digest of every source, version and flag that shapes compiled code (16 hexadecimal digits)."""
+    solver, total = Path(__file__).parent.parent, hashlib.sha256()
+    for room in SOURCES:
+        for path in sorted((solver / room).rglob("*.py")):
+            total.update(f"{path.relative_to(solver)}\n".encode() + path.read_bytes())
+    for name, place in sorted(packages("jointplay.laws", "jointplay.frictions").items()):
+        for path in code_files(place):
+            total.update(f"{name} {path.relative_to(place.parent)}\n".encode() + path.read_bytes())
+    versions = [f"{name} {_version(name)}" for name in ("numba", "llvmlite", "numpy", "sympy")]
+    flags = [f"{name}={os.environ.get(name, '')}" for name in FLAGS]
+    total.update("\n".join([*versions, *flags, platform.machine(), sys.version]).encode())
+    if os.path.isfile(SETTINGS):
+        total.update(Path(SETTINGS).read_bytes())
+    return total.hexdigest()[:16]
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "none"
+
+
+def entries() -> list[str]:
+    """List the digests in the cache with their size; the one in use is marked."""
+    result = []
+    for there in _digests():
+        size = sum(path.stat().st_size for path in there.rglob("*") if path.is_file())
+        mark = "in use" if there.name == digest() else "old"
+        result.append(f"{there.name}  {size / 1e6:6.1f} MB  {mark}")
+    return result
+
+
+def prune(everything: bool = False) -> list[str]:
+    """Delete the folders of all digests but the one in use, or of that too; give back their names."""
+    removed = []
+    for there in _digests():
+        if there.name == digest() and not everything:
+            continue
+        try:
+            remove(there)
+            removed.append(there.name)
+        except OSError as error:
+            say(f"not removed: {error}")
+    return removed
+
+
+def verify() -> tuple[int, int]:
+    """Check every file in use, and remove any that is not as it was written.
+
+    Returns
+    -------
+    sound, removed : int
+        How many files.
+    """
+    sound = removed = 0
+    for path in sorted(folder().iterdir()):
+        if path.suffix == ".tmp":  # of a process that writes, or was killed when it did
+            if path.lstat().st_mtime < time.time() - ABANDONED:
+                discard(path, "was never finished")
+        elif believed(path) is not None:
+            sound += 1
+        else:
+            removed += 1
+    return sound, removed
+
+
+def _digests() -> list[Path]:
+    """Folders that are named as digests are; nothing else below the root is ours."""
+    return sorted(there for there in root().glob("*") if re.fullmatch("[0-9a-f]{16}", there.name))
+
+
+class Target(NamedTuple):
+    """A kind of processor: LLVM's triple, its name, its features."""
+
+    triple: str
+    cpu: str
+    features: str
+
+    @property
+    def digest(self) -> str:
+        """A short name of it, for files."""
+        return hashlib.sha256("\n".join(self).encode()).hexdigest()[:8]
+
+
+@lru_cache(maxsize=1)
+def llvm() -> ModuleType:
+    """llvmlite's binding, initialized; loaded late, since a check needs nothing of it."""
+    import llvmlite.binding as binding
+
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    return binding
+
+
+@lru_cache(maxsize=1)
+def target() -> Target:
+    """The processor that is compiled for."""
+    named = os.environ.get("NUMBA_CPU_NAME")
+    features = os.environ.get("NUMBA_CPU_FEATURES")
+    if features is None:
+        features = "" if named else llvm().get_host_cpu_features().flatten()
+    return Target(llvm().get_process_triple(), named or llvm().get_host_cpu_name(), features)
+
+
+def _machine(kind: Target) -> llvmlite.binding.TargetMachine:
+    return (
+        llvm()
+        .Target.from_triple(kind.triple)
+        .create_target_machine(
+            cpu=kind.cpu, features=kind.features, opt=3, reloc="default", codemodel="jitdefault", jit=True
+        )
+    )
+
+
+def emit(instructions: str, kind: Target | None = None) -> bytes:
+    """Object code of instructions (LLVM's text), for a kind of processor (default: `target()`)."""
+    machine = _machine(kind or target())
+    module = llvm().parse_assembly(instructions)
+    module.triple, module.data_layout = machine.triple, str(machine.target_data)
+    module.verify()
+    options = llvm().create_pipeline_tuning_options(speed_level=3)
+    options.loop_vectorization, options.slp_vectorization = True, False
+    builder = llvm().create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+    return machine.emit_object(module)
+
+
+class Library:
+    """Object code in memory, as long as this object lives.
+
+    `outside` are addresses of functions that it calls by name.
+    """
+
+    def __init__(self, code: bytes, outside: dict[str, int] | None = None) -> None:
+        for name, address in (outside or {}).items():
+            llvm().add_symbol(name, address)
+        # an engine of its own, which owns its machine, so that the code goes with this object
+        self._engine = llvm().create_mcjit_compiler(llvm().parse_assembly(""), _machine(target()))
+        self._engine.add_object_file(llvm().ObjectFileRef.from_data(code))
+        self._engine.finalize_object()
+
+    def address(self, name: str) -> int:
+        """Address of a function; 0 where there is none of this name."""
+        return self._engine.get_function_address(name)

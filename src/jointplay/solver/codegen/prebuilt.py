@@ -19,7 +19,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from ..method.interface import interpreted
-from . import objects
+from . import place
 
 LEVEL = "x86-64-v3"
 NEEDED = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")  # of a processor for that
@@ -79,14 +79,14 @@ def write(folder: Path, names: Iterable[str]) -> Path:
 def _suits() -> bool:
     """Whether the processor suits the prebuilt code, and the environment names no other."""
     asked = any(f"NUMBA_CPU_{word}" in os.environ for word in ("NAME", "FEATURES"))
-    features = objects.llvm().get_host_cpu_features()
+    features = place.llvm().get_host_cpu_features()
     return not (asked or interpreted()) and all(features.get(each, False) for each in NEEDED)
 
 
 @lru_cache(maxsize=1)
 def _sources() -> bytes:
     """Hash of the method's sources, and of the system whose conventions its code keeps."""
-    total = hashlib.sha256(f"{LEVEL} {objects.target().triple}\n".encode())
+    total = hashlib.sha256(f"{LEVEL} {place.target().triple}\n".encode())
     for path in sorted(METHOD.rglob("*.py")):
         total.update(f"{path.relative_to(METHOD).as_posix()}\n".encode() + path.read_bytes())
     return total.digest()

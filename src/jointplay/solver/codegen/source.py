@@ -123,6 +123,8 @@ class Layout:
 
 
 Program = list[tuple[Symbol, Expr]]
+
+
 SELDOM = ("copysign", "exp", "log")  # functions that few laws need
 
 

@@ -13,9 +13,27 @@ v_t, and so the friction moment, act on the slope's modes as on w_k.
 At rho = 0 the direction is undefined and the joint is free; TINY keeps the division finite there. Contact
 begins and ends at rho^2 - e^2 = 0: rho has a kink where the journal flies past the bearing's centre, and no
 polynomial follows it there.
+
+Geometry of a slider's corner in a guide with play.
+
+Derived from virtual work. The slider is a block of half length a and half height b about the journal's point;
+the guide has the direction d, the normal n, and faces at +-(b + e) from its line. With l, m along and across
+the slider, f = +-1 at its front or rear, s = +-1 at its upper or lower side, p = f a l + s b m from the
+journal's point to the corner, r from the guide's point to the journal's, and w_p, w_q the speeds of slider
+and guide,
+
+    u = s y - b - e,    y = n.(r + p),    v_n = s y',    y' = n.r' + (d.p) w_p - x w_q,
+                        x = d.(r + p),    v_t = x',      x' = d.r' - (n.p) w_p + y w_q,
+    Q_k = -F_n dv_n/dz_k - F_t dv_t/dz_k        (force F_n s n + F_t d on the guide, at the corner).
+
+u grows past the face, and is smooth everywhere. Each corner is a contact of its own: two on one face carry a
+slider that rests on it, two on opposite faces one that is jammed. Assumptions: faces are straight, and longer
+than the slider's way; slider and guide are rigid; a corner is sharp. The displacement that is recorded is the
+corner's way across the guide towards its face from where it is when slider and guide are in line.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 from sympy import Expr, Float, Integer, Symbol, atan2, sqrt
 
@@ -24,6 +42,8 @@ from .structure import Clearance
 from .system import number
 
 TINY = Float(1e-200)
+
+AXES = (Integer(1), Integer(0)), (Integer(0), Integer(1))
 
 
 @dataclass(frozen=True)
@@ -99,8 +119,7 @@ def geometry(joint: Clearance, c: Coordinates, driven: str) -> Geometry:
     across = (-unit[1], unit[0])
     spin = _spins(joint, c, number(f"R_{name}"), rho)
     columns = [column(joint, c, unit, {}), column(joint, c, across, spin)]
-    v_n, rows_n = speed(let, c, columns[0], "N", "vn")
-    v_t, rows_t = speed(let, c, columns[1], "T", "vt")
+    speeds = _speeds(let, c, columns, driven)
     e = number(f"e_{name}")
     u, gap = let("u", rho - e), r[0] ** 2 + r[1] ** 2 - e**2
     return Geometry(
@@ -114,13 +133,7 @@ def geometry(joint: Clearance, c: Coordinates, driven: str) -> Geometry:
         gap=gap,
         wall=-gap / (2 * e),  # e - rho where it closes, and smooth everywhere
         steep=rho / e,
-        v_n=v_n,
-        v_t=v_t,
-        normal=rows_n,
-        tangential=rows_t,
-        on_drive=on_drive(columns, c, driven),
-        pushed=columns[0],
-        spun=columns[1],
+        **speeds,
     )
 
 
@@ -133,14 +146,27 @@ def between(joint: Clearance, c: Coordinates, axis: int) -> Expr:
     )
 
 
-def on_drive(columns: list[dict[Freedom, Expr]], c: Coordinates, driven: str) -> tuple[Expr, ...]:
-    """Coefficients of the driven link's speed in the speeds of these columns."""
-    return tuple(
+def _speeds(let, c: Coordinates, columns: list[dict[Freedom, Expr]], driven: str) -> dict[str, Any]:
+    """The fields of a `Geometry` that speeds along and across make."""
+    (v_n, normal), (v_t, tangential) = (
+        _speed(let, c, column, *words)
+        for column, words in zip(columns, (("N", "vn"), ("T", "vt")), strict=True)
+    )
+    leads = (
         sum((entry * c.leads[k].get(driven, 0) for k, entry in each.items()), Integer(0)) for each in columns
     )
+    return {
+        "v_n": v_n,
+        "v_t": v_t,
+        "normal": normal,
+        "tangential": tangential,
+        "on_drive": tuple(leads),
+        "pushed": columns[0],
+        "spun": columns[1],
+    }
 
 
-def speed(let, c: Coordinates, column: dict[Freedom, Expr], letter: str, word: str):
+def _speed(let, c: Coordinates, column: dict[Freedom, Expr], letter: str, word: str):
     """Name the entries of a column and the relative speed that they make; and the row over the unknowns."""
     row, total = [Integer(0)] * len(c.speeds), Integer(0)
     for place, (freedom, entry) in enumerate(column.items()):
@@ -149,3 +175,62 @@ def speed(let, c: Coordinates, column: dict[Freedom, Expr], letter: str, word: s
         for i, part in c.parts[freedom]:
             row[i] += part * named
     return let(word, total), tuple(row)
+
+
+def corner_geometry(joint: Clearance, c: Coordinates, driven: str) -> Geometry:
+    """Write a corner's penetration, speeds, and their derivatives by speed."""
+    front, side = joint.corner
+    defs: list[tuple[Symbol, Expr]] = []
+
+    def let(symbol: str, value: Expr, of: str = joint.name) -> Symbol:
+        defs.append((Symbol(f"{symbol}_{of}", real=True), value))
+        return defs[-1][0]
+
+    def shared(symbol: str, value: Expr) -> Symbol:
+        return let(symbol, value, joint.owner)
+
+    a, b, e = (number(f"{letter}_{joint.owner}") for letter in ("ha", "hb", "e"))
+    d = _line(joint, "d", joint.bearing, c, shared)
+    l = _line(joint, "j", joint.journal, c, shared)
+    n = (-d[1], d[0])
+    r = tuple(shared(f"r{word}", between(joint, c, axis)) for axis, word in enumerate("xy"))
+    slide, rise = shared("along", dot(d, r)), shared("rise", dot(n, r))
+    cos, sin = shared("cos", dot(d, l)), shared("sin", dot(n, l))
+    p_x = let("px", front * a * cos - side * b * sin)
+    p_y = let("py", front * a * sin + side * b * cos)
+    normal = (side * n[0], side * n[1])
+    columns = [
+        column(joint, c, normal, _corner_spins(joint, side * p_x, -side * (slide + p_x))),
+        column(joint, c, d, _corner_spins(joint, -p_y, rise + p_y)),
+    ]
+    speeds = _speeds(let, c, columns, driven)
+    u = let("u", side * (rise + p_y) - b - e)
+    spins = _corner_spins(joint, Integer(1), Integer(-1))
+    turning = sum((sign * c.speed[k] for k, sign in spins.items()), Integer(0))
+    return Geometry(
+        definitions=tuple(defs),
+        r=((u + e) * normal[0], (u + e) * normal[1]),
+        rho=u + e,
+        direction=normal,
+        across=d,
+        angle=atan2(normal[1], normal[0]),
+        u=u,
+        gap=None,
+        wall=-u,
+        steep=Integer(1),
+        **speeds,
+        slide=(slide, speeds["v_t"] + p_y * turning),
+    )
+
+
+def _line(joint: Clearance, word: str, link: str, c: Coordinates, let) -> tuple[Expr, Expr]:
+    """Unit vector along the guide, or the slider."""
+    cos, sin = (number(f"{word}{letter}_{joint.owner}") for letter in "cs")
+    along, across = AXES if link == "ground" else (c.e(link), c.n(link))
+    return tuple(let(f"{word}{'xy'[i]}", cos * along[i] + sin * across[i]) for i in (0, 1))
+
+
+def _corner_spins(joint: Clearance, journal: Expr, bearing: Expr) -> dict[Freedom, Expr]:
+    """Contributions of the turning of slider and guide, by their links."""
+    pairs = (joint.journal, journal), (joint.bearing, bearing)
+    return {link: arm for link, arm in pairs if link != "ground"}

@@ -53,7 +53,7 @@ def _run_up(t, w_0, w_1, T):
 # Motor line: T(w) = a - b w, equations (1) and (2) of Chunmei et al. (2002). It is stiff: b/J reaches 1e6
 # 1/s. A prescribed speed makes the crank's angle a phase, Omega t + theta_0, and its torque an outcome; so
 # does a profile, whose angle and speed are states with a given acceleration. A prescribed torque is a course
-# (equations.loads) over the crank's angle; the speed of a cycle is one over time, and its slope is imposed.
+# (equations.linkage) over the crank's angle; the speed of a cycle is one over time, and its slope is imposed.
 # A servo pulls the crank towards an angle over time, W t and a course (equations.linkage).
 DRIVES = {
     "none": Drive(),

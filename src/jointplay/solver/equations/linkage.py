@@ -1,24 +1,58 @@
-"""A linkage: chains, elastic links, contacts, friction, loops and drive put together as one system."""
+"""A linkage: chains, elastic links, contacts, friction, loops and drive put together as one system.
+
+Loads: forces at points of links and torques on links, that vary with time or with an angle.
+
+    f = f_0 + sum_n (a_n cos n phi + b_n sin n phi),    phi = nu t, or a link's angle,
+
+on a force's point P along a unit vector d, fixed or turning with the link: Q_z = f d.dP/dz, power f d.P'; on
+a link's angle: Q = f, power f w. Sines of multiples follow from sin phi and cos phi by addition. Source:
+virtual work.
+
+Springs with dampers between two points, or between the angles of two links.
+
+With the stretch s, which is L - L_0 for the distance L = |r| of the points, or theta_p - theta_q - theta_0,
+
+    F = k s + c s',     V = k s^2 / 2,     Q_z = -F ds/dz,     power taken in by the damper c s'^2.
+
+Source: virtual work. Assumptions: no mass; linear in the stretch, pulling and pushing. Where the two points
+meet, their line has no direction and the spring no force on that line: TINY keeps the division finite there.
+"""
 
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from sympy import Expr, Integer, Symbol, cos, sin, sqrt
+from sympy import Expr, Float, Integer, Symbol, cos, sin, sqrt
 
 from . import beam as elastic
-from . import chain, contact, corner, loads, play, springs
-from .contact import Geometry
+from . import chain, play
+from .contact import Geometry, corner_geometry, geometry
 from .coordinates import Coordinates, Freedom, coordinates, dot
 from .drives import DRIVES, NAMES, WANTED
-from .loops import loop
+from .loops import loop, vectors
 from .loops.vectors import ZERO, Vector, Vectors, cross
 from .own import own
 from .parameters import parameter_names
-from .springs import Action
-from .structure import Clearance, Closure, Linkage, Pin, Slide
+from .structure import Clearance, Closure, Course, Linkage, Load, Pin, Slide, Spring
 from .system import TIME, Angle, Contact, System, number, traction
+
+TINY = Float(1e-200)
+
+
+@dataclass(frozen=True)
+class Action:
+    """An action on a linkage: `amount` times `column` on the freedoms, `pulls` on the bodies of links.
+
+    `energy` is what it stores, `lost` the power that it takes in, `power` the power that it brings.
+    """
+
+    amount: Expr
+    column: dict[Freedom, Expr]
+    pulls: tuple[tuple[str, vectors.Vector], ...] = ()
+    energy: Expr = Integer(0)
+    lost: Expr = Integer(0)
+    power: Expr = Integer(0)
 
 
 def system(structure: Linkage) -> System:
@@ -73,15 +107,15 @@ class Parts:
         """The freedoms."""
         found, course = coordinates(self.structure), self.structure.course
         if course and DRIVES[self.structure.drive].imposed:
-            found.impose(self.structure.driven, loads.derivatives(course, found, 1)[1])
+            found.impose(self.structure.driven, derivatives(course, found, 1)[1])
         loop.complete(self.structure, found)
         return found
 
     @cached_property
     def joints(self) -> dict[str, Geometry]:
         """Geometry of the joints with play."""
-        pairs = ((joint, corner if joint.corner else contact) for joint in self.structure.joints)
-        return {joint.name: kind.geometry(joint, self.c, self.structure.driven) for joint, kind in pairs}
+        pairs = ((joint, corner_geometry if joint.corner else geometry) for joint in self.structure.joints)
+        return {joint.name: of(joint, self.c, self.structure.driven) for joint, of in pairs}
 
     @cached_property
     def contacts(self) -> tuple[Contact, ...]:
@@ -124,17 +158,17 @@ class Parts:
     @cached_property
     def springs(self) -> tuple[Action, ...]:
         """Actions of the springs."""
-        return tuple(springs.action(spring, self.c) for spring in self.structure.springs)
+        return tuple(spring_action(spring, self.c) for spring in self.structure.springs)
 
     @cached_property
     def loads(self) -> tuple[Action, ...]:
         """Actions of the loads."""
-        return tuple(loads.action(load, self.c) for load in self.structure.loads)
+        return tuple(load_action(load, self.c) for load in self.structure.loads)
 
     def _phases(self) -> Iterator[Angle]:
         """Phases of the courses that vary with time."""
         courses = (*(load.course for load in self.structure.loads), self.structure.course)
-        yield from (loads.phase(course) for course in courses if course and course.timed)
+        yield from (phase(course) for course in courses if course and course.timed)
 
     @cached_property
     def _law_torque(self) -> Expr:
@@ -143,7 +177,7 @@ class Parts:
         if law.follows:
             return self.c.let("servo", _servo(structure, self.c))
         if structure.course and not law.imposed:
-            return loads.value(structure.course, self.c)
+            return course_value(structure.course, self.c)
         return law.torque(w, *map(number, law.letters)) if law.torque else Integer(0)
 
     def residual(self, freedom: Freedom) -> Expr:
@@ -330,12 +364,12 @@ def _servo(structure: Linkage, c: Coordinates) -> Expr:
 
         T = K_p (phi - theta) + K_d (phi' - w) + T_f(t, theta, w, phi, phi', phi''),      phi = W t + f(nu t),
 
-    with a course f (equations.loads). T_f is fed forward, given as text: with what a model of the mechanism
+    with a course f. T_f is fed forward, given as text: with what a model of the mechanism
     needs for the wanted motion the whole is a computed torque. Reference: Slotine and Li, Applied Nonlinear
     Control (1991), chapters 6 and 9. Assumption: the controller acts at once and without limit.
     """
     angle, speed, W = c.angle[structure.driven], c.speed[structure.driven], number("W")
-    value, slope, bend = loads.derivatives(structure.course, c, 2)
+    value, slope, bend = derivatives(structure.course, c, 2)
     wanted = [
         c.let(name, each) for name, each in zip(WANTED, (W * TIME + value, W + slope, bend), strict=True)
     ]
@@ -350,3 +384,78 @@ def _servo(structure: Linkage, c: Coordinates) -> Expr:
     drive = DRIVES[structure.drive]
     lacking = wanted[0] - angle.value, wanted[1] - speed
     return drive.torque(*lacking, *map(number, drive.letters[:2])) + names.get("", 0)
+
+
+def phase(course: Course) -> Angle:
+    """The phase nu t of a course over time."""
+    return Angle(f"phase_{course.name}", None, number(f"nu_{course.name}"))
+
+
+def course_value(course: Course, c: Coordinates) -> Expr:
+    """The value of a course: its mean and its harmonics."""
+    total = number(f"mean_{course.name}")
+    if not course.orders:
+        return total
+    for _, a, b, even, odd in _harmonics(course, c):
+        total += a * even + b * odd
+    return c.let(f"f_{course.name}", total)
+
+
+def derivatives(course: Course, c: Coordinates, most: int) -> list[Expr]:
+    """A course over time, and its derivatives by the time up to so many."""
+    nu, found = number(f"nu_{course.name}"), [number(f"mean_{course.name}"), *[Integer(0)] * most]
+    for n, a, b, even, odd in _harmonics(course, c) if course.orders else ():
+        for k in range(most + 1):
+            found[k] += a * even + b * odd
+            a, b = n * nu * b, -n * nu * a
+    return found
+
+
+def _harmonics(course: Course, c: Coordinates) -> Iterator[tuple[int, Expr, Expr, Expr, Expr]]:
+    """Order, amplitudes, cosine and sine of each harmonic."""
+    name, angle = course.name, phase(course) if course.timed else c.angle[course.link]
+    cos, sin = angle.cos, angle.sin
+    for n in range(1, max(course.orders) + 1):
+        if n in course.orders:
+            yield n, number(f"a_{name}_{n}"), number(f"b_{name}_{n}"), cos, sin
+        cos, sin = cos * angle.cos - sin * angle.sin, sin * angle.cos + cos * angle.sin
+        cos, sin = c.let(f"cos_{name}_{n + 1}", cos), c.let(f"sin_{name}_{n + 1}", sin)
+
+
+def load_action(load: Load, c: Coordinates) -> Action:
+    """Action of a load."""
+    name, f = load.course.name, course_value(load.course, c)
+    if load.span is None:
+        return Action(f, {load.link: Integer(1)}, power=f * c.speed[load.link])
+    x, y = number(f"dx_{name}"), number(f"dy_{name}")
+    if load.turning:
+        e, n = c.e(load.link), c.n(load.link)
+        x, y = x * e[0] + y * n[0], x * e[1] + y * n[1]
+    column = vectors.column(load.span, c, (x, y))
+    return Action(f, column, ((load.link, (f * x, f * y)),), power=f * vectors.rate(column, c))
+
+
+def spring_action(spring: Spring, c: Coordinates) -> Action:
+    """Action of a spring."""
+    name, pulls = spring.span.name, ()
+    if spring.twists:
+        signs = dict(zip(spring.links, (1, -1), strict=True))
+        entries = {k: Integer(sign) for k, sign in signs.items() if k != "ground"}
+        stretch = sum(sign * c.angle[k].value for k, sign in entries.items()) - number(f"rest_{name}")
+    else:
+        x, y = (
+            c.let(f"d{axis}_{name}", v) for axis, v in zip("xy", vectors.vector(spring.span, c), strict=True)
+        )
+        length = c.let(f"L_{name}", sqrt(x**2 + y**2 + TINY))
+        unit = c.let(f"ux_{name}", x / length), c.let(f"uy_{name}", y / length)
+        entries, stretch = vectors.column(spring.span, c, unit), length - number(f"rest_{name}")
+    k, s = number(f"k_{name}"), c.let(f"stretch_{name}", stretch)
+    speed = c.let(f"rate_{name}", vectors.rate(entries, c)) if spring.damped else Integer(0)
+    damping = number(f"c_{name}") if spring.damped else Integer(0)
+    F = c.let(f"F_{name}", k * s + damping * speed)
+    if not spring.twists:
+        pulls = tuple(
+            (link, (sign * F * unit[0], sign * F * unit[1]))
+            for link, sign in zip(spring.links, (-1, 1), strict=True)
+        )
+    return Action(-F, entries, pulls, k * s**2 / 2, damping * speed**2)

@@ -13,16 +13,14 @@ from jointplay.solver.equations.drives import DRIVES
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.equations.parameters import parameter_names
 from jointplay.solver.equations.structure import Linkage
-from jointplay.solver.mechanism.loops.bases import Bases
 from jointplay.solver.mechanism.loops.kinematic_chains import Forest, Place
-from jointplay.solver.mechanism.loops.loop_numbers import guesses, loop_numbers
+from jointplay.solver.mechanism.loops.loop_numbers import Bases, guesses, loop_numbers
 from jointplay.solver.mechanism.model import DEEP, DEFLECTION, SPEED_FLOOR, Model
 from jointplay.solver.mechanism.own import oscillators
 from jointplay.solver.mechanism.parts import actions, stretch
 from jointplay.solver.mechanism.parts.beam import Link, line_density, modal
 from jointplay.solver.mechanism.parts.stretch import along
-from jointplay.solver.mechanism.records import Joint, Mechanism, TestSystem
-from jointplay.solver.mechanism.section import Section
+from jointplay.solver.mechanism.records import Joint, Mechanism, Section, TestSystem
 from jointplay.solver.mechanism.start import approaches, start
 from jointplay.solver.mechanism.structure import linkage
 

@@ -28,8 +28,7 @@ from jointplay.solver.mechanism.parts.beam import DampingRatio, Elements, Link, 
 from jointplay.solver.mechanism.parts.drive import AnyDrive, ConstantSpeed, Drive, MotorLine
 from jointplay.solver.mechanism.parts.friction import Friction
 from jointplay.solver.mechanism.parts.joints import Joint
-from jointplay.solver.mechanism.parts.loads import AnyLoad
-from jointplay.solver.mechanism.parts.springs import AnySpring
+from jointplay.solver.mechanism.parts.loads import AnyLoad, AnySpring
 from jointplay.solver.mechanism.paths import at_paths, is_path, part_at
 from jointplay.solver.mechanism.plausible import too_wide
 from jointplay.solver.mechanism.signature import first

@@ -28,7 +28,7 @@ from typing import (
 from pydantic import ConfigDict, create_model
 from typing_extensions import get_original_bases, is_typeddict
 
-from jointplay.display.described import with_parameters
+from jointplay.display.accepted import with_parameters
 from jointplay.display.errors import InputError, Problem, also_known
 from jointplay.solver.mechanism.base import Record
 

@@ -13,9 +13,9 @@ from jointplay.display.number_text import typed
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism.base import ANGLE, FAR, GROUND, is_number
-from jointplay.solver.mechanism.loops.bases import Bases
 from jointplay.solver.mechanism.loops.ideal import State, ideal_state, placed
 from jointplay.solver.mechanism.loops.kinematic_chains import Forest
+from jointplay.solver.mechanism.loops.loop_numbers import Bases
 from jointplay.solver.mechanism.parts.joints import Pin
 from jointplay.solver.mechanism.records import Mechanism
 

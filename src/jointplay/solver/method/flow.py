@@ -7,7 +7,6 @@ never an exception.
 
 import numpy as np
 
-from .coarse_steps import is_coarse, note_coarse
 from .codes import Section
 from .control import (
     CHATTER,
@@ -66,13 +65,11 @@ from .memory import (
 )
 from .modes import FREE, IN_FLIGHT, REMEMBERS, follow, mask, start, variant_of
 from .polynomial import interpolate
-from .record import closest_approaches, gains, note, sample
-from .sections import count_event, sections
+from .record import closest_approaches, count_event, gains, is_coarse, note, note_coarse, sample, sections
 from .step import attempt, estimate, keep
 from .tangents.saltation import before_event, begin_tangents, jump
 from .tangents.tangent import NEUTRAL, ROWS, log_block, propagate, renew
-from .walls.sliding import walls_of
-from .walls.walls import SEEK_GROWTH, START, STEP, resting
+from .walls.walls import SEEK_GROWTH, START, STEP, resting, walls_of
 
 _, BY_LEVEL, _ = Section.numbers()
 ROOM = 24  # log rows that one step may need

@@ -7,7 +7,7 @@ v_t = 0 the two one-sided accelerations of v_t decide (Filippov): with a_+ that 
 slipping -, both pushing towards v_t = 0 (a_+ < 0 < a_-) means sticking. Where the force pulls (F_n < 0)
 friction drives, the sector repels, and the motion keeps its direction.
 
-A switch that slides does so along a force that changes v_t the other way (equations.own.filippov). Where it
+A switch that slides does so along a force that changes v_t the other way (equations.own.own). Where it
 no longer does, |F| <= 1 means that both sides lead away, and any time at which the motion leaves is a
 solution: it is kept where it is, so that the run ends there.
 

@@ -1,11 +1,11 @@
-"""Coarse steps followed again in shorter ones; compiled only where rates are recorded (analysis.rates)."""
+"""Coarse steps followed again in shorter ones; compiled only where rates are recorded (analysis.evaluate)."""
 
 from numpy import inf
 
 from . import flow as _flow
-from .coarse_steps import END, FIRED, TIME
 from .interface import FUNCTIONS, INT, OPTIONS, TRAJECTORY, WORK, Array, inner, until, void
 from .memory import GROWTH, H_LIMIT, SAMPLES, STARTED, T_EVENT, T_SECTION, H
+from .record import END, FIRED, TIME
 
 PARTS = 2  # steps at least
 BEGUN = 1e-2  # of a step: the first one again

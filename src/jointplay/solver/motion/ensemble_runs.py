@@ -26,12 +26,13 @@ from jointplay.solver.mechanism.structure import linkage
 from jointplay.solver.method.codes import Row, Status
 from jointplay.solver.method.lanes import CLOCK, PHASE
 from jointplay.solver.motion.eligibility import IN_LANES, LEFT, RTOL, exclusion, structure_exclusion
-from jointplay.solver.motion.pieces import in_pieces, pace
 from jointplay.solver.motion.trajectory import (
     Records,
     Request,
     counts,
     follow,
+    in_pieces,
+    pace,
     row,
     run_of,
     scratch,

@@ -1,4 +1,11 @@
-"""Follow a model's motion and return its records: the only file of the analyses that calls the flow."""
+"""Follow a model's motion and return its records: the only file of the analyses that calls the flow.
+
+Compiled loops run in pieces, so that Python can report and stop (motion.progress) between them.
+
+While compiled code runs, no handler of a signal does, and no progress is reported. So each loop is called for
+as many attempts at a time as took `PIECE` s so far. A loop that stopped at its limit goes on where it was
+left (method.memory), to the last bit as if it had not stopped: no answer depends on the pieces.
+"""
 
 from __future__ import annotations
 
@@ -14,16 +21,18 @@ from jointplay.solver.codegen import cache
 from jointplay.solver.equations.structure import Linkage, Oscillator
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import COUNTERS, Row, Section, Status
-from jointplay.solver.motion import batching, guard_tolerances
+from jointplay.solver.motion import eligibility, guard_tolerances
 from jointplay.solver.motion.eligibility import exclusion, route_of
-from jointplay.solver.motion.pieces import in_pieces, pace
-from jointplay.solver.motion.progress import Stopped
+from jointplay.solver.motion.progress import Stopped, tick
 
 INTERRUPTED = int(Status.INTERRUPTED)
 LOG_ROWS = 4096
 MAX_STEPS = 10**9
 RATE_TOLERANCE = 1500.0  # of an acceleration: errors of its speed in a turn; its own error is below 1000
 NEWTON = 0.05  # tolerance of the iteration, in units of the tolerated error
+
+PIECE = 0.1  # s
+FIRST, LONGER = 64, 8  # attempts of the first piece ever; how much longer a piece may be than the one before
 
 
 @dataclass(frozen=True)
@@ -79,8 +88,8 @@ class Records:
 
     `route` says how the motion was followed, by its place in `eligibility.ROUTES`. Misses have the gap that
     is left in place of a kind. `start` and `end` are rows, of the first and the last state. `coarse` holds
-    beginnings of steps where accelerations may be wrong (analysis.rates), after which guards fired there and
-    the time of the end.
+    beginnings of steps where accelerations may be wrong (analysis.evaluate), after which guards fired there
+    and the time of the end.
     """
 
     samples: np.ndarray
@@ -102,7 +111,7 @@ def follow(model: Model, request: Request, progress: Callable[[float], None] | N
     from jointplay.solver.method.control import FULL
     from jointplay.solver.method.memory import LOGGED, SAMPLES, SECTIONS
 
-    if (records := batching.batched_answer(model, request)) is not None:
+    if (records := eligibility.batched_answer(model, request)) is not None:
         return records
     began = time.perf_counter()
     prepare(model.structure)
@@ -306,3 +315,56 @@ def _fraction(time: float, sections: int, request: Request) -> float:
     by_sections = sections / request.stop_after if request.stop_after else 0.0
     by_time = time / request.duration if math.isfinite(request.duration) else 0.0
     return min(1.0, max(by_sections, by_time))
+
+
+class Pace:
+    """Number of attempts in a piece, learned from the duration of earlier pieces."""
+
+    def __init__(self) -> None:
+        self.size = FIRST
+
+    def learn(self, made: int, seconds: float) -> None:
+        """Fit the next pieces to one that was whole, or too long."""
+        if made >= self.size or seconds > PIECE:
+            self.size = max(1, int(min(LONGER * self.size, made * PIECE / max(seconds, 1e-9))))
+
+
+@lru_cache(maxsize=1024)
+def pace(structure: Linkage | Oscillator, loop: str, tangents: int = 0) -> Pace:
+    """Pace of a loop with a structure and a number of tangents, shared by all its runs."""
+    return Pace()
+
+
+def in_pieces(
+    call: Callable[[int], int],
+    made: Callable[[], int],
+    pace: Pace,
+    unfinished: int,
+    most: float,
+    tell: Callable[[], None] | None = None,
+) -> int:
+    """Call a compiled loop until it ends for another reason than the limit of a piece.
+
+    Parameters
+    ----------
+    call, made : callable
+        Runs the loop up to a number of attempts in all and gives back how it ended; attempts made so far.
+    pace : Pace
+        Of this loop.
+    unfinished : int
+        What `call` gives back at its limit.
+    most : float
+        Attempts that were asked for.
+    tell : callable, optional
+        Called after each piece.
+    """
+    while True:
+        before, began = made(), time.perf_counter()
+        limit = min(most, before + pace.size)
+        code = call(limit)
+        pace.learn(made() - before, time.perf_counter() - began)
+        if tell is not None:
+            tell()
+        tick()
+        if code != unfinished or limit == most:
+            return int(code)

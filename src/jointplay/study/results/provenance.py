@@ -9,7 +9,7 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from jointplay.display.seal import sealed
+from jointplay.display.errors import sealed
 from jointplay.jobs.origin import environment, git_describe, processor, version
 from jointplay.solver.codegen import cache
 

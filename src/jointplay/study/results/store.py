@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.display.errors import refuse
-from jointplay.display.seal import sealed
+from jointplay.display.errors import refuse, sealed
 from jointplay.jobs.files import clear_leftovers, replaced, temporary_name
 from jointplay.jobs.interrupts import held
 from jointplay.solver.mechanism.signature import checked
@@ -57,7 +56,7 @@ def write_partial(dataset: xr.Dataset, path: Path | str) -> Path:
 
     Of more than `PARTIAL` bytes it is every n-th entry along one dimension; an attribute ``partial`` says so.
     """
-    from jointplay.analysis.partial import thinned
+    from jointplay.analysis.cells import thinned
 
     return _write(sealed(thinned(dataset, PARTIAL)), Path(path), compress=False)
 

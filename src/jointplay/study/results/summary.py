@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.sweeps import stretches
+from jointplay.display import codes
 from jointplay.display.errors import of_a_result, refuse
-from jointplay.display.number_text import plain
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure, plain
 from jointplay.kinds import KINDS
 from jointplay.solver.mechanism.base import accepts
 from jointplay.solver.mechanism.signature import checked
@@ -105,13 +104,13 @@ def answer(dataset: xr.Dataset) -> list[str]:
 def over_cells(dataset: Dataset, outputs: Outputs) -> str:
     """Return failures, the words of the cells, and the ends of the number that the sweep shows."""
     dims = str(dataset.attrs["swept"]).split()
-    lines, good = stretches.failures(dataset, dims), (dataset["cell_status"] == 0).transpose(*dims).values
+    lines, good = codes.failures(dataset, dims), (dataset["cell_status"] == 0).transpose(*dims).values
     if not good.any():
         return "\n".join(lines)
     if outputs.verdict:
         words = outputs.words(dataset).transpose(*dims).values.astype(object)
-        words[~good] = stretches.FAILED
-        lines.append(stretches.told(words.astype(str), [dataset[dim] for dim in dims]))
+        words[~good] = codes.FAILED
+        lines.append(codes.told(words.astype(str), [dataset[dim] for dim in dims]))
     if name := outputs.in_sweep(dataset):
         lines += _ends(dataset, outputs, name, dims)
     return "\n".join(lines or [f"{good.size} values, all ok"])

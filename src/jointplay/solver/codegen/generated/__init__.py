@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
+from ...codegen import place
 from ...method.interface import interpreted
-from .. import objects, place
 
 WORDS = 7  # of an array, in a call by address
 FLOAT = np.dtype(float)
@@ -76,18 +76,18 @@ def _kept(file: str) -> Any:
         return None
 
 
-def _compiled(name: str, method: Callable) -> tuple[objects.Library, dict[str, str]]:
+def _compiled(name: str, method: Callable) -> tuple[place.Library, dict[str, str]]:
     """The functions of a text in memory, and the kinds of their arguments (`Function`)."""
-    file = f"{name}.{objects.target().digest}.o"
+    file = f"{name}.{place.target().digest}.o"
     if (kept := _kept(file)) is None:
         from ..instructions import written
 
         place.compiling(name)
         instructions, entries, outside = written(_text(name))
-        kept = entries, outside, objects.emit(instructions)
+        kept = entries, outside, place.emit(instructions)
         place.write(file, marshal.dumps(kept))
     entries, outside, code = kept
-    return objects.Library(code, {each: _address(each, method) for each in outside}), entries
+    return place.Library(code, {each: _address(each, method) for each in outside}), entries
 
 
 @cache
@@ -115,7 +115,7 @@ class Function:
     RETURNED = {"v": ctypes.c_void_p, "f": ctypes.c_double, "b": ctypes.c_bool}  # noqa: RUF012
     TAKEN = {"a": (ctypes.c_ssize_t,) * WORDS, "f": (ctypes.c_double,), "i": (ctypes.c_ssize_t,)}  # noqa: RUF012
 
-    def __init__(self, library: objects.Library, name: str, kinds: str) -> None:
+    def __init__(self, library: place.Library, name: str, kinds: str) -> None:
         self.__name__, self._library, self._kinds = name, library, kinds[1:]
         self.address = library.address(name)
         taken = [word for kind in self._kinds for word in self.TAKEN[kind]]

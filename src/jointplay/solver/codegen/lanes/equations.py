@@ -22,8 +22,7 @@ from ...method.lanes import CLOCK
 from ...method.lanes import layout as rows
 from ...method.lanes.radau import STAGES
 from ...method.modes import CONE, FORCE
-from ..dynamics import Dynamics, eased
-from ..inverse_mass import dot, eliminate
+from ..dynamics import Dynamics, dot, eased, eliminate
 from ..module import guards
 from ..source import Layout, Program, expression, importing, used
 from ..tape import FLOW

@@ -8,10 +8,22 @@ The force F of a contact acts as its depth says, -F d depth/d q, and friction li
 speed. Switches are contacts without a force, whose mode, 0 or 1, is a number in the equations. So are |g|,
 the sign of g, and the larger and the smaller of two, of an argument g that moves: each of their kinks is an
 event, located, with its saltation. In what is evaluated at events alone (jumps, restitution, gaps) the sign
-of g is taken there and then. A switch that slides is friction (equations.own.filippov).
+of g is taken there and then. A switch that slides is friction.
 
 A sine or cosine of a phase (a rate times t, and an offset) is turned from step to step; of any other argument
 it is a function as all others are.
+
+A switch that slides: Filippov's motion along its guard, where both modes push towards it.
+
+With rates f = f_0 + s f_1 that are straight in the switch s, which is 1 where its guard h > 0, a convex share
+s = (1 + F)/2 of both modes keeps h' = 0:
+
+    f = f_0 + f_1/2 - w F,   w = -f_1/2,   grad h . f = 0,   |F| <= 1.
+
+So it is friction of coefficient 1 in the "speed" h, with F = 1 above and -1 below, but for its direction w,
+which is not that of the guard's gradient; it begins and ends as sticking does (method.modes). Of several
+that slide at one time each keeps its own guard (Utkin's equivalent control). Reference: Filippov (1988), see
+method.modes.
 """
 
 from __future__ import annotations
@@ -43,22 +55,30 @@ from sympy import (
 )
 from sympy.printing.str import StrPrinter
 
-from ....display.errors import InputError, refuse, unknown
+from ....display.errors import InputError, Problem, refuse, unknown
 from ..functions import side, tanh
 from ..system import TIME, Angle, Contact, Reset, System, traction
-from . import filippov
 from .grammar import constants_finite, parse
 from .written import Jump, Oscillator, Rubbing, Switch, Touch, Wall
 
 # Names that generated code has for itself: what is called so is called otherwise there.
 _LETTERS = {*"wspmidJktNSEI", "out", "dd", "ds", "dc", "rate", "jacobian", "contacts", "trig", "reset", "own"}
 _WORDS = {"cos", "sin", "sqrt", "tanh", "exp", "log", "copysign", "max", "min", "abs", "range", "lambert"}
+
 _WORDS |= {"compiled", "entry", "math", "numba"}
+
+
 _FORMED = re.compile(
     r"([A-Za-z]{1,2}|own|out|base|rate|touch|slip|stick|ease|hat|new|sol|gradient|reset)_.*|.*\d_*"
 )
+
+
 _ONE, _NONE = Integer(1), Integer(0)
+
+
 _NOWHERE = {zoo, nan, oo, -oo, I}
+
+
 _UNREAL = "an expression with finite real values is accepted: this one has none, whatever its names stand for"
 
 
@@ -124,7 +144,7 @@ class _Writer:
             period = at_rest(structure.period, self.names)
             self.angles.append(Angle("phase", None, (2 * pi / period).xreplace(NUMBERS)))
         self.names |= {each.name: _mode(each.name) for each in structure.switches}
-        self.names |= {each.name: filippov.share(each) for each in structure.switches if each.slides}
+        self.names |= {each.name: sliding_share(each) for each in structure.switches if each.slides}
         for each in structure.switches:
             if not each.slides:
                 self.switches[each.name] = self._switch(each)
@@ -139,7 +159,7 @@ class _Writer:
             if each.slides:
                 guard = self.moving(each.on)
                 row = tuple(guard.diff(z) for z in self.z)
-                contacts.append(filippov.sliding(given, i, guard, row, force))
+                contacts.append(sliding(given, i, guard, row, force))
         resets = [self._wall(each) for each in given.impacts]
         resets += [
             Reset(each.name, self.moving(each.guard), self._jump(each.jump), moves=True)
@@ -157,7 +177,7 @@ class _Writer:
             parameters=self.parameters,
             definitions=(),
             mass=mass,
-            force=tuple(filippov.middle(rate, given.switches) for rate in force),
+            force=tuple(middle(rate, given.switches) for rate in force),
             angles=tuple(self.angles),
             contacts=(*contacts, *(self._watched(name, force) for name in self.switches)),
             resets=tuple(resets),
@@ -385,4 +405,49 @@ def _compared(parts: tuple[Expr, ...], sign: Callable[[Expr], Expr]) -> Expr:
 
 
 _SMOOTH = {"exp": exp, "log": log, "sqrt": sqrt, "tanh": tanh, "**": _power}
+
+
 NUMBERS = {pi: Float(math.pi), E: Float(math.e)}
+
+
+def held(given: Switch) -> Symbol:
+    """F of a switch."""
+    return traction(Contact(given.name, _ONE, _NONE, _ONE, ()))[1]
+
+
+def sliding_share(given: Switch) -> Expr:
+    """The switch as a number in the equations."""
+    return (1 + held(given)) / 2
+
+
+def middle(rate: Expr, switches: tuple[Switch, ...]) -> Expr:
+    """A rate where every F is 0."""
+    return rate.xreplace(dict.fromkeys(map(held, switches), _NONE))
+
+
+def sliding(
+    structure: Oscillator, i: int, guard: Expr, row: tuple[Expr, ...], rates: tuple[Expr, ...]
+) -> Contact:
+    """The i-th switch of a structure, by its guard, the guard's slopes, and the rates of all but positions.
+
+    Raises
+    ------
+    InputError
+        If rates are not straight in what slides, or the switch does not change its guard's rate.
+    """
+    given, forces = structure.switches[i], set(map(held, structure.switches))
+    along = tuple(-rate.diff(held(given)) for rate in rates)
+    straight = f"a rate that is straight in all that slides is accepted, as in {given.name}"
+    problems = [
+        Problem(f"rates.{name}", text, straight)
+        for name, text, entry in zip(structure.speeds, structure.rates, along, strict=True)
+        if entry.free_symbols & forces
+    ]
+    if not structure.mass and sum(a * b for a, b in zip(row, along, strict=True)) == 0:
+        accepted = "a guard whose own rate the switch changes is accepted: else nothing could keep it at 0"
+        problems.append(Problem(f"switches[{i}].on", given.on, accepted))
+    if problems:
+        raise InputError(problems)
+    still = (_NONE,) * len(along)
+    friction = {"v_t": guard, "tangential": row, "coulomb": _ONE, "limit": _ONE, "acts_along": along}
+    return Contact(given.name, _ONE, _NONE, _ONE, still, **friction)

@@ -25,7 +25,7 @@ from jointplay.solver.mechanism.catalog.published import (
     ivp_crank as ivp_crank,
     siconos_four_bar as siconos_four_bar,
 )
-from jointplay.solver.mechanism.catalog.six_bars import stephenson as stephenson, watt as watt
+from jointplay.solver.mechanism.catalog.presets import stephenson as stephenson, watt as watt
 from jointplay.solver.mechanism.own.own import CATALOG
 from jointplay.solver.mechanism.own.systems import (
     SYSTEMS,

@@ -10,10 +10,9 @@ from jointplay.solver.mechanism.base import NonNegative, unit
 from jointplay.solver.mechanism.catalog.preset_parts import Gravity, Play, fixed, joined, on
 from jointplay.solver.mechanism.parts.beam import Beam, Link
 from jointplay.solver.mechanism.parts.courses import Harmonic
-from jointplay.solver.mechanism.parts.drive import ConstantSpeed
+from jointplay.solver.mechanism.parts.drive import ConstantSpeed, Servo
 from jointplay.solver.mechanism.parts.friction import Friction
 from jointplay.solver.mechanism.parts.joints import Contact, Joint
-from jointplay.solver.mechanism.parts.servo import Servo
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.mechanism.signature import preset
 

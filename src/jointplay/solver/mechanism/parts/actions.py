@@ -8,8 +8,7 @@ from typing import Any
 from jointplay.solver.equations import structure
 from jointplay.solver.mechanism.loops.kinematic_chains import Forest, place_of
 from jointplay.solver.mechanism.parts.joints import Pin
-from jointplay.solver.mechanism.parts.loads import Force, Torque
-from jointplay.solver.mechanism.parts.springs import Spring, TorsionSpring
+from jointplay.solver.mechanism.parts.loads import Force, Spring, Torque, TorsionSpring
 
 Part = Spring | TorsionSpring | Force | Torque
 

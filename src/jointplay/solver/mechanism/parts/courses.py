@@ -18,7 +18,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from jointplay.display.errors import NOTHING, InputError, Problem
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure
 from jointplay.solver.equations import structure
 from jointplay.solver.mechanism.base import Few, Number, Positive, Record, measured
 

@@ -1,17 +1,24 @@
-"""The record of a joint's friction: a law of `equations.friction` by name, and the numbers that it takes."""
+"""The record of a joint's friction: a law of `equations.friction` by name, and the numbers that it takes.
+
+Numbers given to a law of force, checked and completed by the law's description of each.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import ConfigDict, Field, field_validator, model_validator
+from pydantic import ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from jointplay.display.number_text import plain
-from jointplay.display.units import measure
+from jointplay.display.accepted import from_pydantic
+from jointplay.display.errors import NOTHING, InputError, Problem, unknown
+from jointplay.display.number_text import measure, plain, typed
 from jointplay.solver.equations.friction import FRICTIONS
-from jointplay.solver.mechanism.base import NonNegative, Record, measured
-from jointplay.solver.mechanism.parts.quantity import checked_numbers, known_law, made_of
+from jointplay.solver.equations.quantity import ForceLaw, Quantity
+from jointplay.solver.mechanism.base import NonNegative, Record, is_number, measured
+from jointplay.solver.mechanism.measures import in_si
+
+R = TypeVar("R", bound=Record)
 
 
 def _with_numbers(schema: dict[str, Any]) -> None:
@@ -89,6 +96,109 @@ class Friction(Record):
         told = [f"{n.replace('_', ' ')} {measure(x, units[n])}" for n, x in self.numbers.items()]
         law = "" if self.law == "coulomb" else f" ({', '.join([self.law, *told])})"
         return f"{plain(self.coefficient)}{law}"
+
+
+def known_law(law: str, laws: Mapping[str, ForceLaw], kind: str) -> str:
+    """A law's name; refused where there is no such law of its kind."""
+    if law not in laws:
+        raise InputError([unknown("", law, law, laws, kind)])
+    return law
+
+
+def made_of(record: type[R], handler: Callable[[Any], R], data: Any, problems: list[Problem]) -> R:
+    """The record that pydantic makes of data; refused with its own problems first, and those of its law."""
+    try:
+        made = handler(data)
+    except ValidationError as error:
+        problems = [*from_pydantic(error, record).problems, *problems]
+    if problems:
+        raise InputError(problems)
+    return made
+
+
+def checked_numbers(
+    name: Any,
+    laws: Mapping[str, ForceLaw],
+    given: Mapping[str, Any],
+    beside: Mapping[str, Any] = {},
+    place: Callable[[str], str] = str,
+    units: Mapping[str, str] = {},
+) -> tuple[dict[str, Any], list[Problem]]:
+    """Numbers of a law in SI units, and all that is wrong with them.
+
+    Parameters
+    ----------
+    name : object
+        The law's name. Of an unknown law only names that no law has are wrong, and the numbers stay as given.
+    laws : mapping of str to ForceLaw
+        The laws of its kind.
+    given : mapping of str to object
+        What is given, by key of the record; None counts as not given.
+    beside : mapping of str to object
+        What is given of keys of the record that every law has.
+    place : callable
+        Key of a number in the record, of the law's name for it.
+    units : mapping of str to str
+        Units of numbers, by key, that differ from the law's.
+
+    Returns
+    -------
+    values : dict of str to float
+        Those of the law that are right, by key, with usual ones where none are given.
+    problems : list of Problem
+    """
+    given = {key: value for key, value in given.items() if value is not None}
+    law = laws.get(name) if isinstance(name, str) else None
+    own = {place(number): each for number, each in law.numbers.items()} if law else {}
+    values, problems = dict(given) if law is None else {}, []
+    for key, value in given.items():
+        having = [other for other, each in laws.items() if key in map(place, each.numbers)]
+        if key not in own and not having:
+            problems.append(unknown(key, value, key, (*beside, *own)))
+        elif key not in own and law:
+            known = ", ".join((*beside, *own))
+            accepted = f"accepted only with law = {' or '.join(map(repr, having))}; {name} has {known}"
+            problems.append(Problem(key, value, accepted))
+    for key, each in own.items():
+        unit, bound = units.get(key, each.units), (beside | given).get(each.above)
+        try:
+            value = in_si(given.get(key, each.usual), unit)
+        except InputError as error:
+            problems += error.under(key).problems
+            continue
+        if _within(each, value, bound):
+            values[key] = float(value)
+        else:
+            noun = key.rpartition(".")[2].replace("_", " ")
+            accepted = f"{'an' if noun[0] in 'aeiou' else 'a'} {noun} {bounds(each, unit, bound)}"
+            given_here = NOTHING if value is None else value
+            problems.append(Problem(key, given_here, f"{accepted} of law {name} is accepted"))
+    return values, problems
+
+
+def _within(each: Quantity, value: Any, bound: Any) -> bool:
+    if not is_number(value) or not (value > _lowest(each) if each.least is None else value >= each.least):
+        return False
+    beyond = is_number(bound) and (value < bound or (value == bound and not each.or_equal))
+    return not beyond and (each.most is None or value <= each.most)
+
+
+def _lowest(each: Quantity) -> float:
+    return 0.0 if isinstance(each.above, str) else each.above
+
+
+def bounds(each: Quantity, unit: str, bound: Any = None) -> str:
+    """Accepted values of a number, as ``greater than 0 m/s``; `bound`: the value that it must exceed."""
+    unit = "" if unit == "1" else f" {unit}"
+    words = [
+        f"greater than {typed(_lowest(each))}" if each.least is None else f"of at least {typed(each.least)}"
+    ]
+    words += [f"at most {typed(each.most)}"] if each.most is not None else []
+    text = f"{' and '.join(words)}{unit}"
+    if not isinstance(each.above, str):
+        return text
+    value = f" ({typed(bound)}{unit})" if is_number(bound) else ""
+    return f"{text} and {'not below' if each.or_equal else 'above'} the {each.above.replace('_', ' ')}{value}"
 
 
 FRICTIONLESS = Friction(coefficient=0.0)

@@ -10,7 +10,7 @@ from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_v
 
 from jointplay.display.accepted import units_of
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse
-from jointplay.display.units import measure
+from jointplay.display.number_text import measure
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.equations.structure import CORNERS
 from jointplay.solver.mechanism.base import (
@@ -30,8 +30,13 @@ from jointplay.solver.mechanism.base import (
 from jointplay.solver.mechanism.measures import in_si
 from jointplay.solver.mechanism.parts.contact_data import ContactData, PinInBush
 from jointplay.solver.mechanism.parts.fits import Fit, limits
-from jointplay.solver.mechanism.parts.friction import FRICTIONLESS, Friction
-from jointplay.solver.mechanism.parts.quantity import checked_numbers, known_law, made_of
+from jointplay.solver.mechanism.parts.friction import (
+    FRICTIONLESS,
+    Friction,
+    checked_numbers,
+    known_law,
+    made_of,
+)
 
 _POINT = {"units": "m", "accepts": "a point [x, y] on the ground, two finite numbers in m,"}
 _Point = Annotated[tuple[Number, Number] | None, Field(validate_default=True, json_schema_extra=_POINT)]

@@ -1,6 +1,6 @@
 """Attempts of one lane of an ensemble that need more than the step in lanes: failures, events, sections.
 
-They are decided as method.events and method.sections decide those of one trajectory, on the step as that has
+They are decided as method.events and method.record decide those of one trajectory, on the step as that has
 it (exchange). The steps to a root are attempts like any others, beside those of other lanes; the last
 correction, 1e-5 of the step at most, is by Taylor's series.
 """
@@ -26,7 +26,7 @@ from ..memory import FAILED as FAILURES
 from ..memory import H_START, LEVELS_PASSED
 from ..memory import LEVEL as SECTION_LEVEL
 from ..memory import REJECTED as REJECTIONS
-from ..sections import count_section, next_crossing
+from ..record import count_section, next_crossing
 from . import layout as rows
 from .exchange import gather, gather_guards, gather_position, gather_step, signed
 from .memory import PART

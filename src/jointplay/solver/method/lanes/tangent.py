@@ -12,9 +12,8 @@ import numpy as np
 
 from ..interface import inlined, inner, trajectory_at
 from ..modes import mask
-from ..tangents.frame import orthonormal
 from ..tangents.saltation import stuck, through
-from ..tangents.tangent import GRAZING, NEUTRAL, SALTATION, VOLUME
+from ..tangents.tangent import GRAZING, NEUTRAL, SALTATION, VOLUME, orthonormal
 from ..tangents.tangent import tangents as of_one
 from . import layout as rows
 from .exchange import gather

@@ -4,10 +4,8 @@ from ..excited import find_excited
 from ..interface import SIGNATURES, inner
 from ..memory import EVENT_ROW, EVENTS
 from ..modes import REST
-from ..record import note
-from ..sections import count_event
-from .sliding import rub, walls_of
-from .walls import SEEK_GROWTH, START, STEP, begin, hold, stay, strike
+from ..record import count_event, note
+from .walls import SEEK_GROWTH, START, STEP, begin, hold, rub, stay, strike, walls_of
 
 
 @inner

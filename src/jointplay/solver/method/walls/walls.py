@@ -10,6 +10,13 @@ both have corrections in a', and their sums come to that. Once a rebound's heigh
 tolerance, the body is put on the wall, g = g' = 0; the impacts will have ended T later. The wall holds it
 until it need no longer push: there a = 0, and the gap opens as the cube of time. References: Budd and Dux,
 Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dynamics 58 (2009) 85-106.
+
+Sliding on rigid walls: slip, its end and its reversal, sticking and its end.
+
+Where a body rests on a rough wall it slips with friction f times the push, or sticks up to that. At v_t = 0
+the two one-sided accelerations decide, as at any contact (method.modes). With much friction the wall may
+have to pull in one sense of slip: the body sticks then, if that holds it within the cone. Corners of one
+guide on which a slider rests slide as one, and share what they may hold.
 """
 
 from ..interface import inner
@@ -21,15 +28,19 @@ from ..modes import (
     RESTING,
     SEPARATION,
     SLIP_NEGATIVE,
+    SLIP_ONSET,
     SLIP_POSITIVE,
+    SLIP_REVERSAL,
+    STICK,
+    STICK_ONSET,
     STICKS,
+    balance,
     contact_numbers,
     mask,
     touch,
     variant_of,
 )
 from .impacts import bring, laid, lay, plastic, rough, together
-from .sliding import grip, sliding, walls_of
 
 START, STEP, SEEK_GROWTH = -1, -2, -3  # in the place of a guard; the last of excited.at_wall
 ROUNDS = 3  # of the iteration for T, each of which gains an order in v
@@ -296,3 +307,78 @@ def begin(functions, work, motion, options):
             motion.real[H] = max(motion.real[H], LEAP * options.chatter_time)
             if _lasting(functions, j, work, motion, options, 0.0) >= 0.0:
                 hold(functions, j, work, motion, options)
+
+
+@inner
+def walls_of(motion):
+    """Number of rigid walls; their modes follow the contacts' modes."""
+    return len(motion.modes) - len(motion.flags)
+
+
+@inner
+def sliding(work, motion, options, j):
+    """Mode of a body that rests on wall j, by its present sliding speed."""
+    if not rough(motion, j):
+        return RESTING
+    v_t = work.contact[6 * (len(motion.modes) + j) + 2]
+    return RESTING if abs(v_t) <= options.speed_tolerance else (SLIP_POSITIVE if v_t > 0.0 else SLIP_NEGATIVE)
+
+
+@inner
+def _together(motion, j, mode, fired, margin):
+    """Set the mode of wall j, and of all in its guide on which the body rests: they slide as one."""
+    for i in range(walls_of(motion)):
+        at, rub = len(motion.flags) + i, 4 * len(motion.flags) + walls_of(motion) + i
+        if i == j or (motion.group[i] == motion.group[j] and motion.modes[at] > RELEASED):
+            motion.modes[at], motion.fired[rub], motion.margin[rub] = mode, fired, margin
+
+
+@inner
+def _holds(work, motion, j):
+    """Whether a body that sticks to wall j, and others of its guide, is pressed within the friction cone."""
+    push, friction = 0.0, 0.0
+    for i in range(walls_of(motion)):
+        if motion.group[i] == motion.group[j] and motion.modes[len(motion.flags) + i] == STICK:
+            push -= work.contact[6 * (len(motion.flags) + i) + 4]
+            friction += work.contact[6 * (len(motion.modes) + i) + 4]
+    return abs(friction) <= work.contact[6 * (len(motion.modes) + j)] * push
+
+
+@inner
+def grip(functions, j, work, motion, options):
+    """Decide the sliding of a body on wall j, a rough one, from here on; whether it slips, or sticks."""
+    at, out = len(motion.flags) + j, work.contact
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
+    before, mode = motion.modes[at], sliding(work, motion, options, j)
+    if mode != RESTING:
+        _together(motion, j, mode, 0, options.speed_tolerance)
+    else:
+        _together(motion, j, SLIP_POSITIVE, 1, options.speed_tolerance)
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
+        plus, up = out[6 * (len(motion.modes) + j) + 5], out[6 * at + 4] < 0.0
+        _together(motion, j, SLIP_NEGATIVE, 1, options.speed_tolerance)
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
+        mode = balance(plus, out[6 * (len(motion.modes) + j) + 5], before)
+        pushes = up if mode == SLIP_POSITIVE else out[6 * at + 4] < 0.0
+        if mode != STICK and not pushes:
+            _together(motion, j, STICK, 0, options.speed_tolerance)
+            contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
+            mode = STICK if _holds(work, motion, j) else mode
+        _together(motion, j, mode, 0 if mode == STICK else 1, options.speed_tolerance)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, out)
+
+
+@inner
+def rub(functions, j, work, motion, options):
+    """Slip on wall j ends at the base point, or sticking does: change modes; the kind of event."""
+    at = len(motion.flags) + j
+    if motion.modes[at] == STICK:
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+        friction = 0.0
+        for i in range(walls_of(motion)):
+            if motion.group[i] == motion.group[j] and motion.modes[len(motion.flags) + i] == STICK:
+                friction += work.contact[6 * (len(motion.modes) + i) + 4]
+        _together(motion, j, SLIP_POSITIVE if friction > 0.0 else SLIP_NEGATIVE, 2, options.speed_tolerance)
+        return SLIP_ONSET
+    grip(functions, j, work, motion, options)
+    return STICK_ONSET if motion.modes[at] == STICK else SLIP_REVERSAL

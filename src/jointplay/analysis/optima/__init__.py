@@ -1,1 +1,0 @@
-"""Optimisation over exact derivatives: the mechanism whose motion is best within bounds."""

@@ -1,0 +1,1 @@
+"""Figures of analyses, but of single motions."""

@@ -1,0 +1,178 @@
+"""Assessment: largest forces and impact speeds over each parameter, and the force over a turn."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from jointplay.display import codes
+from jointplay.display.number_text import shown
+from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
+
+SHADES = {
+    "quiet": "#eef5ea",
+    "touches": "#fbf3d5",
+    "rattles": "#f7dfc4",
+    "hammers": "#eec4bc",
+    "unknown": "#ffffff",
+}
+MARKS = {  # of a change: colour, line, words
+    "contact_loss": (style.BLUE, (0, (5, 2)), "contact lost or kept"),
+    "doubling": (style.AMBER, (0, (2, 1)), "period 1 lost or reached"),
+    "chaos": (style.BLACK, (0, (1, 1)), "chaos begins or ends"),
+}
+
+
+@picture()
+def assess(dataset: Dataset, *, joint: str | None = None) -> Figure:
+    """Draw largest forces and impact speeds over each parameter, and a joint's force over a turn.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `jointplay.assess` returned.
+    joint : str, optional
+        Whose force is drawn; the hardest worked one if left out.
+    """
+    select.require(dataset, "assess", ("force_ratio", "edge_ratio", "joint_force", "curve_ratio"))
+    rows = dataset.sizes["parameter"]
+    figure = style.sheet(180.0, 58.0 * (rows + 1) + 12.0)
+    grid = figure.add_gridspec(rows + 1, 2)
+    name = select.label(dataset, "joint", joint or hardest(dataset))
+    panels = []
+    for i in range(rows):
+        force, speed = (figure.add_subplot(grid[i, k]) for k in (0, 1))
+        force_panel(force, dataset.isel(parameter=i), name)
+        speed_panel(speed, dataset.isel(parameter=i))
+        panels += [force, speed]
+    turn, peaks = (figure.add_subplot(grid[rows, k]) for k in (0, 1))
+    turn_panel(turn, dataset, name)
+    peak_panel(peaks, dataset)
+    artists.letter((*panels, turn, peaks))
+    _legend(figure, dataset)
+    return artists.finish(figure, dataset)
+
+
+def _legend(figure: Figure, dataset: Dataset) -> None:
+    """One legend for all panels over a parameter: grades that are met, and lines."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    met = set(map(str, codes.words(dataset["curve_grade"]).values.ravel()))
+    handles = [
+        Patch(facecolor=SHADES[g], edgecolor=style.GREY, linewidth=0.4, label=g) for g in SHADES if g in met
+    ]
+    handles.append(Line2D([], [], color=style.GREY, linewidth=1.2, linestyle="-", label="present value"))
+    for name, (colour, line, words) in MARKS.items():
+        if np.isfinite(dataset["edge_ratio"].sel(change=name)).any():
+            handles.append(Line2D([], [], color=colour, linewidth=0.9, linestyle=line, label=words))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+
+
+def hardest(dataset: Dataset) -> str | None:
+    """Return the joint whose force is largest against the ideal mechanism's; None where none is known."""
+    ratio = dataset["force_ratio"].values
+    known = np.isfinite(ratio).any()
+    return str(dataset["joint"].values[int(np.nanargmax(ratio))]) if known else None
+
+
+def force_panel(ax: Axes, one: Dataset, joint: str) -> None:
+    """Draw the largest force of a joint over one parameter, beside the ideal mechanism's."""
+    values = _values(one)
+    here = one.sel(joint=joint)
+    artists.curve(
+        ax,
+        values,
+        here["curve_ideal_peak_force"].values,
+        color=style.AMBER,
+        linewidth=1.4,
+        label="ideal joints",
+    )
+    artists.curve(
+        ax, values, here["curve_peak_force"].values, color=style.BLACK, linestyle="-", label="with clearance"
+    )
+    ax.set(ylabel="Largest force (N)", yscale="log")
+    _over(ax, one, values)
+    ax.legend(loc="best")
+    artists.heading(ax, f"joint {joint}")
+
+
+def speed_panel(ax: Axes, one: Dataset) -> None:
+    """Draw the largest impact speed of each joint with clearance over one parameter."""
+    values, loose = _values(one), one.isel(joint=np.flatnonzero(one["clearance"].values > 0))
+    for joint, line in zip(loose["joint"].values, ("-", "--", ":", "-."), strict=False):
+        speed = 1e3 * loose["curve_impact_speed"].sel(joint=joint).values
+        artists.curve(ax, values, speed, color=style.BLACK, linestyle=line, label=f"joint {joint}")
+    ax.set(ylabel="Largest impact speed (mm/s)", ylim=(0, None))
+    _over(ax, one, values)
+    if loose.sizes["joint"] > 1:
+        ax.legend(loc="best")
+
+
+def _unit(one: Dataset) -> tuple[str, float]:
+    unit = shown(float(one["present_value"]), str(one["parameter_units"].values))
+    return str(unit.symbol), float(unit.factor)
+
+
+def _values(one: Dataset) -> np.ndarray:
+    return one["curve_ratio"].values * float(one["present_value"]) * _unit(one)[1]
+
+
+def _over(ax: Axes, one: Dataset, values: np.ndarray) -> None:
+    """The axis of the parameter: grades behind the curve, the present value and the changes as lines."""
+    from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
+
+    symbol, factor = _unit(one)
+    present = float(one["present_value"]) * factor
+    middles = np.sqrt(values[1:] * values[:-1]) * np.sign(present)
+    ends = np.concatenate([values[:1], middles, values[-1:]])
+    for low, high, grade in zip(ends[:-1], ends[1:], codes.words(one["curve_grade"]).values, strict=True):
+        ax.axvspan(low, high, color=SHADES[str(grade)], linewidth=0, zorder=-1)
+    ax.axvline(present, color=style.GREY, linewidth=1.2, linestyle="-", zorder=0)
+    for name, (colour, line, _) in MARKS.items():
+        edges = one["edge_ratio"].sel(change=name).values
+        for ratio in edges[np.isfinite(edges)]:
+            ax.axvline(ratio * present, color=colour, linewidth=0.9, linestyle=line, zorder=1)
+    if present > 0:
+        ax.set_xscale("log")
+        ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        ax.xaxis.set_minor_locator(NullLocator())
+    label = artists.with_unit(artists.capital(str(one["parameter_name"].values)), symbol)
+    ax.set(xlim=tuple(sorted((values[0], values[-1]))), xlabel=label)
+
+
+def turn_panel(ax: Axes, dataset: Dataset, joint: str) -> None:
+    """Draw the force at a joint over the last turn, and the ideal mechanism's."""
+    share = dataset["turn_share"].values
+    own, ideal = (dataset[name].sel(joint=joint).values for name in ("joint_force", "ideal_joint_force"))
+    artists.curve(ax, share, ideal, color=style.AMBER, linewidth=1.4, label="ideal mechanism")
+    artists.curve(ax, share, own, color=style.BLACK, linestyle="-", label="with clearance")
+    ax.set(xlabel="Share of a turn", ylabel="Joint force (N)", xlim=(0, 1), ylim=(0, None))
+    ax.legend(loc="best")
+    artists.heading(ax, f"joint {joint}")
+
+
+def peak_panel(ax: Axes, dataset: Dataset) -> None:
+    """Draw the largest force of each joint with its error, next to the ideal mechanism's."""
+    place = np.arange(dataset.sizes["joint"])
+    for shift, name, colour in ((-0.2, "ideal_peak_force", style.AMBER), (0.2, "peak_force", style.BLACK)):
+        ax.bar(place + shift, dataset[name].values, 0.36, color=colour)
+        look = {"fmt": "none", "ecolor": style.GREY, "capsize": 2, "linewidth": 0.8}
+        ax.errorbar(place + shift, dataset[name].values, dataset[f"{name}_error"].values, **look)
+    tops = dataset["peak_force"].values + dataset["peak_force_error"].fillna(0.0).values
+    for i, (top, ratio) in enumerate(zip(tops, dataset["force_ratio"].values, strict=True)):
+        if np.isfinite(ratio):
+            ax.annotate(
+                f"{ratio:.3g}×", (i, top), (0, 3), textcoords="offset points", ha="center", fontsize=7
+            )
+    ax.set_xticks(place, [str(name) for name in dataset["joint"].values])
+    ax.set(xlabel="Joint", ylabel="Largest force (N)")
+    ax.margins(y=0.12)
