@@ -36,7 +36,6 @@ from jointplay.analysis.sweeps.attractor import RTOL
 from jointplay.analysis.sweeps.bifurcation import ONCE_A_TURN, lanes_fit
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.tolerances import estimates
-from jointplay.analysis.tolerances import estimates as edge_search
 from jointplay.analysis.tolerances.outcomes import (
     FAILED,
     NO,
@@ -162,7 +161,7 @@ def _by_edge(one: xr.Dataset, name: str) -> Iterator[str]:
     found, runs = str(codes.words(one["edge_found"]).item()), int(one["edge_runs"])
     along = one["parameter_name"].sel(parameter=one.attrs["edge_parameter"]).item()
     if found == "no_edge":
-        yield f"no edge along {along} within {edge_search.REACH:g} standard deviations"
+        yield f"no edge along {along} within {estimates.REACH:g} standard deviations"
     elif found == "undecided":
         yield f"no edge is located along {along}: some motions there are undecided or failed"
     elif found == "unclear":
@@ -264,7 +263,7 @@ OUTPUTS = Outputs(
     | _interval("cheapest_yield", (), "share within all limits with the cheapest set")
     | {
         "edge_event": Out((), "event whose edge is located", ""),
-        "edge_found": Out((), "whether it is", flags=edge_search.FOUND),
+        "edge_found": Out((), "whether it is", flags=estimates.FOUND),
         "edge_place": Out("edge", "{name} at the edge, other parameters at their medians", "{units}"),
         "edge_across": Out(("factor", "line"), f"value of another parameter, {IN_PARAMETER}"),
         "edge_line": Out(
@@ -757,17 +756,17 @@ def _cheapest_set(
 
 
 def _edge(
-    look: edge_search.Look, design: Design, own: np.ndarray, main: Found, edge: Mapping[str, str], runs: int
+    look: estimates.Look, design: Design, own: np.ndarray, main: Found, edge: Mapping[str, str], runs: int
 ) -> dict[str, Any]:
     """The edge of an event along a parameter, and the share by it."""
     ((event, key),) = edge.items()
     number = list(design.spreads).index(key)
     factor = next(i for i, group in enumerate(design.factors) if number in group)
-    found, edges, count = edge_search.located(look, len(design.factors), factor)
+    found, edges, count = estimates.located(look, len(design.factors), factor)
     by = None
     if edges is not None:
-        by = edge_search.by_edges(edges, design, own, main.outcome(_named(event)), look, runs)
-        found = found if by else edge_search.UNCLEAR
+        by = estimates.by_edges(edges, design, own, main.outcome(_named(event)), look, runs)
+        found = found if by else estimates.UNCLEAR
     table: dict[str, Any] = {"edge_event": _named(event), "edge_found": found}
     if edges is not None:
         at = np.outer(edges.places, np.arange(len(design.factors)) == factor)
@@ -781,7 +780,7 @@ def _edge(
     return table | {"edge_runs": count + (by.runs if by else 0)}
 
 
-def _lines(edges: edge_search.Edges, design: Design, number: int) -> dict[str, np.ndarray]:
+def _lines(edges: estimates.Edges, design: Design, number: int) -> dict[str, np.ndarray]:
     """The edges over each other factor, those beside it at their medians."""
     scores = np.linspace(-LINE, LINE, 33)
     across = np.full((len(design.factors), len(scores)), np.nan)
