@@ -17,17 +17,17 @@ from matplotlib.figure import Figure
 from jointplay import catalog, figures
 from jointplay.analysis.tolerances.tolerances import OUTPUTS as shared
 from jointplay.kinds import KINDS
-from tests.figures.exponents.test_covariant_figure import vectors
-from tests.figures.exponents.test_lyapunov_figure import exponents
+from tests.figures.analyses.test_bifurcation import sweep
+from tests.figures.analyses.test_chaos_figures import counted, density, judged
+from tests.figures.analyses.test_covariant_figure import vectors
+from tests.figures.analyses.test_fields import basins, coexisting, divergence, field, tipped
+from tests.figures.analyses.test_lyapunov_figure import exponents
+from tests.figures.analyses.test_sweep_figure import cases, swept
 from tests.figures.lab.test_work_precision import works
-from tests.figures.signals.test_chaos_figures import counted, density, judged
-from tests.figures.states.test_fields import basins, coexisting, divergence, field, tipped
 from tests.figures.support.synthetic import flag_words, oscillator, response, section
 from tests.figures.support.synthetic_assessment import assessment
 from tests.figures.support.synthetic_branches import branches, curves, orbit
 from tests.figures.support.synthetic_tables import claims, readings, schemes
-from tests.figures.sweeps.test_bifurcation import sweep
-from tests.figures.sweeps.test_sweep_figure import cases, swept
 from tests.study.test_sweep_kinds import CELLS
 
 KNOWN = Path(__file__).with_name("pictures.txt")

@@ -7,8 +7,8 @@ import xarray as xr
 
 from jointplay import catalog
 from jointplay.solver.mechanism.loops.ideal import ideal_state
+from tests.figures.analyses.test_bifurcation import sweep
 from tests.figures.support.synthetic import flag_words
-from tests.figures.sweeps.test_bifurcation import sweep
 
 EVIL = '</script><script>document.title = "broken in"</script><img src=x onerror=document.title="broken in">'
 

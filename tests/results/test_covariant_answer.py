@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from tests.figures.exponents.test_covariant_figure import vectors
+from tests.figures.analyses.test_covariant_figure import vectors
 
 
 def said(*changes, **more):

@@ -7,8 +7,8 @@ import jointplay as jp
 from jointplay import figures
 from jointplay.display.errors import InputError
 from jointplay.figures.drawing.artists import through
+from tests.figures.analyses.test_bifurcation import sweep
 from tests.figures.support.synthetic_branches import branches, curves
-from tests.figures.sweeps.test_bifurcation import sweep
 
 
 def test_a_parabola_is_drawn_between_its_points_too():
