@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from jointplay.analysis import cells, evaluate
+from jointplay.analysis import evaluate
 from jointplay.cli import main
 from jointplay.jobs import interrupts
 from jointplay.solver.motion import progress
@@ -125,7 +125,7 @@ def test_ctrl_c_without_signals_to_threads(tmp_path, monkeypatch):
     monkeypatch.delattr(signal, "pthread_kill")
     monkeypatch.setattr(interrupts, "PROBE", None)
     monkeypatch.setattr(evaluate, "BLOCK", 1000)
-    monkeypatch.setattr(cells, "MOST", 2000)
+    monkeypatch.setattr(evaluate, "MOST", 2000)
     (tmp_path / "one.toml").write_text(f'kind = "response"\n\n{SOFT}turns = 40\nsamples_per_turn = 250\n')
     pressing(monkeypatch, evaluate.Quantities, "given", 2, lambda _, rows: len(rows) == 1000)
     assert main(["run", str(tmp_path / "one.toml"), "--out", str(tmp_path)]) == 130

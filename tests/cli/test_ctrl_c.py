@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 
 from jointplay import figures
-from jointplay.analysis import cells, declared, evaluate
+from jointplay.analysis import declared, evaluate
 from jointplay.analysis.sweeps import gather
 from jointplay.cli import main
 from jointplay.jobs import interrupts
@@ -62,7 +62,7 @@ def files(tmp_path):
 @pytest.mark.parametrize("at", [2, 4])
 def test_in_the_evaluation_the_motion_is_kept(study, tmp_path, monkeypatch, capfd, at):
     monkeypatch.setattr(evaluate, "BLOCK", 1000)
-    monkeypatch.setattr(cells, "MOST", 2000)
+    monkeypatch.setattr(evaluate, "MOST", 2000)
     pressing(monkeypatch, evaluate.Quantities, "given", at, lambda _, rows: len(rows) == 1000)
     assert main(study) == 130
     found = store.open_result(tmp_path / "one.partial.nc")
@@ -76,7 +76,7 @@ def test_in_the_evaluation_the_motion_is_kept(study, tmp_path, monkeypatch, capf
 
 def test_of_windows_each_kept_sample_has_its_own(study, tmp_path, monkeypatch):
     monkeypatch.setattr(evaluate, "BLOCK", 1000)
-    monkeypatch.setattr(cells, "MOST", 100)
+    monkeypatch.setattr(evaluate, "MOST", 100)
     pressing(monkeypatch, evaluate.Quantities, "given", 2, lambda _, rows: len(rows) == 1000)
     assert main([*study, "--set", "analysis.windows=[[1, 5], [20, 29]]"]) == 130
     found = store.open_result(tmp_path / "one.partial.nc")

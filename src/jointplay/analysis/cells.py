@@ -3,18 +3,15 @@
 Where it needs answers, such an analysis calls `handed_out`, or `answered` with `Work` of its own. The work is
 done by whoever drives the analysis (`driven`), as a study that keeps what is finished; where nobody does, by
 this process and its workers.
-
-Partial results of an interrupted run, within a second: of very many samples every n-th one.
 """
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
-from contextlib import nullcontext, suppress
+from contextlib import nullcontext
 from contextvars import ContextVar
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
@@ -28,19 +25,17 @@ from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import Status
 from jointplay.solver.motion.eligibility import batch
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
-from jointplay.solver.motion.progress import Aborted, Stopped, from_progress, heard, tick
-from jointplay.solver.motion.trajectory import INTERRUPTED, Records, Request, follow
+from jointplay.solver.motion.progress import from_progress, heard, tick
+from jointplay.solver.motion.trajectory import Request, follow
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., Any])
 JOBS = 2
 DIGITS = 7  # of a number in the key of a numbered cell
 Read = Callable[[], Iterable[tuple[str, Entry]]]  # goes through the answers by their keys, in any order
-
-MOST = 100_000  # samples of an interrupted motion whose quantities are evaluated: a tenth of a second
 
 
 @dataclass(frozen=True)
@@ -281,36 +276,3 @@ def warm(models: Iterable[Model], ensemble: bool = False) -> None:
             follow_ensemble([model], [brief])
         else:
             follow(model, brief)
-
-
-def evaluated(
-    records: Records, rows: int, dim: str, make: Callable[[Records, int], xr.Dataset]
-) -> xr.Dataset:
-    """The dataset that is made of a run's records and every so many-th of its rows along `dim`.
-
-    Every row counts, unless the run was interrupted, or is so now; then at most `MOST` do.
-    """
-    if records.status != INTERRUPTED:
-        with suppress(Stopped, Aborted):
-            return make(records, 1)
-        records = replace(records, status=INTERRUPTED)
-    step = math.ceil(max(rows, 1) / MOST)
-    return noted(make(records, step), step, dim)
-
-
-def thinned(dataset: xr.Dataset, most: int) -> xr.Dataset:
-    """Every n-th entry of a dataset along the dimension that has most of it: at most so many bytes."""
-    if dataset.nbytes <= most:
-        return dataset
-    held = {dim: sum(v.nbytes for v in dataset.variables.values() if dim in v.dims) for dim in dataset.sizes}
-    dim = max(held, key=lambda each: held[each])
-    step = math.ceil(held[dim] / max(most - (dataset.nbytes - held[dim]), 1 + most // 2))
-    return noted(dataset.isel({dim: slice(None, None, step)}), step, str(dim))
-
-
-def noted(dataset: xr.Dataset, step: int, dim: str) -> xr.Dataset:
-    """The dataset, which says where it has only every so many-th entry along a dimension."""
-    if step == 1:
-        return dataset
-    before = f"{dataset.attrs['partial']}, and of these " if "partial" in dataset.attrs else ""
-    return dataset.assign_attrs(partial=f"{before}1 in {step} of what was computed along {dim}")

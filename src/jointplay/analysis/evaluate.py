@@ -7,12 +7,17 @@ polynomial keeps a part of it that is nothing for a speed and much for an accele
 steps (method.record). What they recorded is here followed anew, from the beginning of each step, by two steps
 or more and with a thousandth of the tolerance; only accelerations, and what depends on them, are taken from
 there. The motion and all else that is recorded stay as they are.
+
+Of an interrupted run with very many samples every n-th one is evaluated, so that it ends within a second.
 """
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,8 +30,8 @@ from jointplay.solver.equations.structure import powers
 from jointplay.solver.mechanism.model import DEEP, Model
 from jointplay.solver.method.codes import COUNTERS, Mode
 from jointplay.solver.motion.guard_tolerances import ends
-from jointplay.solver.motion.progress import ticked
-from jointplay.solver.motion.trajectory import Records, Request, functions, memory
+from jointplay.solver.motion.progress import Aborted, Stopped, ticked
+from jointplay.solver.motion.trajectory import INTERRUPTED, Records, Request, functions, memory
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,6 +43,7 @@ STRANGE = re.compile(r"[^\w.+@-]")  # what a word of flags cannot hold
 CLOSER = 1e-3  # of the tolerance
 LEAST = 1e-13  # tolerance at which rounding begins
 ATTEMPTS = 10_000  # in one step of the motion
+MOST = 100_000  # samples of an interrupted motion whose quantities are evaluated: a tenth of a second
 TOGETHER = 256  # coarse in a compiled call, which no interrupt ends
 END, TIME = 1, 2  # columns of a coarse step
 
@@ -335,3 +341,36 @@ def _modes(model: Model, rows: np.ndarray) -> np.ndarray:
     """Contact modes of rows."""
     sizes, first = cache.structure_module(model.structure).SIZES, 1 + len(model.state)
     return rows[:, first : first + sizes["contacts"] + sizes["resets"]]
+
+
+def evaluated(
+    records: Records, rows: int, dim: str, make: Callable[[Records, int], xr.Dataset]
+) -> xr.Dataset:
+    """The dataset that is made of a run's records and every so many-th of its rows along `dim`.
+
+    Every row counts, unless the run was interrupted, or is so now; then at most `MOST` do.
+    """
+    if records.status != INTERRUPTED:
+        with suppress(Stopped, Aborted):
+            return make(records, 1)
+        records = replace(records, status=INTERRUPTED)
+    step = math.ceil(max(rows, 1) / MOST)
+    return noted(make(records, step), step, dim)
+
+
+def thinned(dataset: xr.Dataset, most: int) -> xr.Dataset:
+    """Every n-th entry of a dataset along the dimension that has most of it: at most so many bytes."""
+    if dataset.nbytes <= most:
+        return dataset
+    held = {dim: sum(v.nbytes for v in dataset.variables.values() if dim in v.dims) for dim in dataset.sizes}
+    dim = max(held, key=lambda each: held[each])
+    step = math.ceil(held[dim] / max(most - (dataset.nbytes - held[dim]), 1 + most // 2))
+    return noted(dataset.isel({dim: slice(None, None, step)}), step, str(dim))
+
+
+def noted(dataset: xr.Dataset, step: int, dim: str) -> xr.Dataset:
+    """The dataset, which says where it has only every so many-th entry along a dimension."""
+    if step == 1:
+        return dataset
+    before = f"{dataset.attrs['partial']}, and of these " if "partial" in dataset.attrs else ""
+    return dataset.assign_attrs(partial=f"{before}1 in {step} of what was computed along {dim}")

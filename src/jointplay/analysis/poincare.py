@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from jointplay.analysis import evaluate, rules
-from jointplay.analysis.cells import evaluated
 from jointplay.analysis.declared import Outputs
-from jointplay.analysis.evaluate import OF_A_MODEL, beyond_the_model, joint_flags, run_values
+from jointplay.analysis.evaluate import OF_A_MODEL, beyond_the_model, evaluated, joint_flags, run_values
 from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.analysis.keywords import HANDED, Lasting, Moving, Names, analysis
 from jointplay.analysis.labels import Out

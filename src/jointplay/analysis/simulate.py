@@ -12,10 +12,16 @@ import numpy as np
 from pydantic import AfterValidator
 
 from jointplay.analysis import evaluate, recorded_spans, rules
-from jointplay.analysis.cells import MOST, evaluated
 from jointplay.analysis.declared import Outputs
-from jointplay.analysis.evaluate import OF_A_MODEL, Quantities, beyond_the_model, joint_flags, run_values
-from jointplay.analysis.exponents.frame_growth import has_no_clock
+from jointplay.analysis.evaluate import (
+    MOST,
+    OF_A_MODEL,
+    Quantities,
+    beyond_the_model,
+    evaluated,
+    joint_flags,
+    run_values,
+)
 from jointplay.analysis.keywords import HANDED, Lasting, Moving, Names, analysis, listed
 from jointplay.analysis.labels import Out
 from jointplay.analysis.quantities import EVENTS, WORDS, recorded
@@ -337,6 +343,8 @@ def end_state(model: Model, records: Records) -> np.ndarray:
 
 def _starts_anew(model: Model, time: float) -> bool:
     """Whether the time that has passed is of no account."""
+    from jointplay.analysis.exponents.frame_growth import has_no_clock  # no exponents are needed before
+
     if has_no_clock(model):
         return True
     if not model.links:

@@ -56,7 +56,7 @@ def write_partial(dataset: xr.Dataset, path: Path | str) -> Path:
 
     Of more than `PARTIAL` bytes it is every n-th entry along one dimension; an attribute ``partial`` says so.
     """
-    from jointplay.analysis.cells import thinned
+    from jointplay.analysis.evaluate import thinned
 
     return _write(sealed(thinned(dataset, PARTIAL)), Path(path), compress=False)
 
