@@ -14,7 +14,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import partial
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.display.errors import InputError
@@ -27,9 +27,6 @@ from jointplay.solver.motion.eligibility import batch
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.progress import from_progress, heard, tick
 from jointplay.solver.motion.trajectory import Request, follow
-
-if TYPE_CHECKING:
-    pass
 
 T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., Any])

@@ -4,8 +4,8 @@ At values in even steps of the logarithm the motion is settled from the given st
 repeats closely every turn is not followed further. It is recorded over one period where it repeats, and a
 little longer, for what happens at its bounds; over `turns` where not. Where the present motion settles
 slowly, its orbit is followed to each value that has not settled. Ideal joints' forces are those of the same
-value. Where the grade first differs from the present one, on each side, the step is halved. Where
-it does nowhere on a side, it is looked for farther out, by doubling.
+value. Where the grade first differs from the present one, on each side, the step is halved. Where it does
+nowhere on a side, it is looked for farther out, by doubling.
 Validity: of the motion that is reached from the start; where several coexist another one may be.
 """
 

@@ -1,9 +1,9 @@
 """The motions that last at one value of a parameter: starts followed until it is known where they end.
 
 A start is followed in short stretches, until its section points show that it has reached a known motion or,
-as far as others have shown that this can be told, is bound for one; after 48
-turns, also where they spend their time as a known motion without a period does. What has reached none in the
-transient's turns is observed as in `analysis.states.ends`: it has a period, or none within the patience.
+as far as others have shown that this can be told, is bound for one; after 48 turns, also where they spend
+their time as a known motion without a period does. What has reached none in the transient's turns is observed
+as in `analysis.states.ends`: it has a period, or none within the patience.
 
 A motion without a period lasts, as far as one can tell, if none that was like it ended elsewhere while it was
 looked at: the section points of each are compared, by shares of time (`analysis.states.ends`), with those

@@ -1,10 +1,10 @@
 """Tipping of motions into others: smallest knocks, times to return, basins in finite time, edge states.
 
 The motions are found from starts at random, as in `attractors`. Each is knocked until it ends elsewhere
-(`coexisting.knocks`). The boundary that the smallest knock just crosses is followed to
-the state that is on it. Finite-time basin stability is the fraction of the starts that
-come within the tolerance of a motion in so many turns; of periodic motions alone. Reference: P. Schultz,
-P. J. Menck, J. Heitzig and J. Kurths, New J. Phys. 19 (2017) 023005.
+(`coexisting.knocks`). The boundary that the smallest knock just crosses is followed to the state that is on
+it. Finite-time basin stability is the fraction of the starts that come within the tolerance of a motion in so
+many turns; of periodic motions alone. Reference: P. Schultz, P. J. Menck, J. Heitzig and J. Kurths, New J.
+Phys. 19 (2017) 023005.
 
 Validity: as of the parts. Of systems that nothing forces, knocks are at section points alone. With a
 prescribed speed of the crank, knocks are at the section alone.

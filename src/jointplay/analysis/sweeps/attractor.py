@@ -42,10 +42,9 @@ RTOL = 1e-7  # periodic section points then lie within 1e-5 of a clearance; a fi
 TOLERANCE = 1e-4  # of a clearance, or of a test system's unit: spread of section points that count as one
 SPREAD = 1000  # times rtol: what they spread over at most; more than TOLERANCE where rtol is looser than RTOL
 ALIGN = 20  # turns in which the tangents find their directions
-UNKNOWN = -1  # a period that could not be looked for
+UNKNOWN = -1  # a period, or another whole number, that could not be looked for
 ROW = contacts.ROW
 
-NOT_KNOWN = -1  # of whole numbers, as a period
 LABELLED = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "guide": "prismatic joint"}
 
 
@@ -332,5 +331,5 @@ def _padded(dims: tuple[str, ...], values: Any, keep: int) -> np.ndarray:
     """Values of section points, filled up to `keep` points."""
     values = np.asarray(values)
     missing = [(0, keep - n if dim == "point" else 0) for dim, n in zip(dims, values.shape, strict=True)]
-    none = NOT_KNOWN if values.dtype.kind == "i" else np.nan
+    none = UNKNOWN if values.dtype.kind == "i" else np.nan
     return np.pad(values, missing, constant_values=none) if np.any(missing) else values

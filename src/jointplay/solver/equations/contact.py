@@ -148,10 +148,8 @@ def between(joint: Clearance, c: Coordinates, axis: int) -> Expr:
 
 def _speeds(let, c: Coordinates, columns: list[dict[Freedom, Expr]], driven: str) -> dict[str, Any]:
     """The fields of a `Geometry` that speeds along and across make."""
-    (v_n, normal), (v_t, tangential) = (
-        _speed(let, c, column, *words)
-        for column, words in zip(columns, (("N", "vn"), ("T", "vt")), strict=True)
-    )
+    v_n, normal = _speed(let, c, columns[0], "N", "vn")
+    v_t, tangential = _speed(let, c, columns[1], "T", "vt")
     leads = (
         sum((entry * c.leads[k].get(driven, 0) for k, entry in each.items()), Integer(0)) for each in columns
     )
