@@ -67,6 +67,13 @@ def test_a_period_other_than_the_usual_counts_when_it_is_found_again(followed, p
     assert [how.transient for how in asked[1:]] == [more * HOW.transient for more in PATIENCE[: looks - 1]]
 
 
+def test_what_an_exponent_has_not_said_is_asked_for_over_more_turns(followed):
+    answers, asked = followed
+    answers += [motion(0, np.nan), motion(0, UNSURE), motion(0, UNSURE), motion(0, CHAOTIC)]
+    assert settled(None, None, HOW).traits["chaos"]
+    assert [how.lyapunov_turns // HOW.lyapunov_turns for how in asked[1:]] == [1, SURE, SURE]
+
+
 def test_a_motion_stands_as_it_was_followed_where_the_search_of_its_orbit_ends_early(followed, monkeypatch):
     def ended(*_):
         raise settled_module.Unsettled(2)

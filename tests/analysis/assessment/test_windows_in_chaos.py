@@ -96,7 +96,10 @@ def test_a_window_is_one_though_the_chaos_before_it_is_too_short_to_be_met_from_
     """Another window lies before that chaos; together they are longer than an end of chaos has to last."""
     at = values()[2]
     here = scene(monkeypatch, [(at * 0.9985, at * 1.003, 1), (at * 1.004, at * 1.012, 2)], 0.0)
+    halved, names = edges_module._halved, []
+    monkeypatch.setattr(edges_module, "_halved", lambda *each: names.append(each[2]) or halved(*each))
     answer = found(here)
+    assert names == ["doubling"]  # chaos, which has changed there too, is part of the window
     assert np.isnan(answer["edge"]).all()
     ((low, high, period),) = answer["windows"]
     assert (low, high) == pytest.approx((at * 0.9985, at * 1.003), rel=3e-4)

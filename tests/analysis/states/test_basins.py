@@ -42,6 +42,7 @@ def test_two_wells_share_the_plane_as_their_symmetry_says():
     labels = found.attractor.values
     assert (labels == 3 - labels[::-1, ::-1]).all()
     assert found.fraction.values.tolist() == [0.5, 0.5]
+    assert found.fraction_standard_error.values == pytest.approx(0.5 / math.sqrt(400), rel=1e-12)
     assert found.section_plane.values[:, 0] == pytest.approx(np.array([[-1.0, 0.0], [1.0, 0.0]]), abs=1e-4)
     assert labels[0, -1] != labels[-1, 0]
     assert (found.fraction_low < 0.5).all()

@@ -8,12 +8,12 @@ settled. A motion of the same period is followed on: a jump to it is no change. 
 motions on the rest of the way, each from the last orbit, say what there is, and where a trait
 (`settled`) first differs between two of them the step is halved.
 
-A motion without a period is carried from value to value in longer steps. Chaos has to be lasting; where it
-is not, the edge lies farther back. Chaos is full of periodic windows, most of them narrower than any step. A
+A motion without a period is carried from value to value in longer steps. Chaos has to be lasting; where it is
+not, the edge lies farther back. Chaos is full of periodic windows, most of them narrower than any step. A
 change of a chaotic motion is an edge only if it lasts over a share of the parameter, from where it begins;
 and where chaos ends so, whatever else has changed is one, too. Else it is a window, whose two ends are
-enclosed. Chaos has no orbit to follow: brackets stand. A motion without a period may lose contact now and
-then: that edge is `irregular`, where it was first seen in the turns followed.
+enclosed once, whatever else changes in it. Chaos has no orbit to follow: brackets stand. A motion without a
+period may lose contact now and then: that edge is `irregular`, where it was first seen in the turns followed.
 
 A change that is taken back within a share of the parameter is a window there too, and no edge.
 
@@ -77,10 +77,6 @@ class Search:
     step: float
     accuracy: float
     lasting: float = 0.01
-
-    def in_chaos(self) -> Search:
-        """The search in chaos: no finer than its windows make sense of."""
-        return replace(self, step=CHAOTIC * self.step, accuracy=max(self.accuracy, self.step / 2))
 
     def values(self, begin: float, way: int) -> np.ndarray:
         """Values after the first, in even steps of the logarithm."""
@@ -239,11 +235,6 @@ class Side:
     def __post_init__(self):
         self.found = dict.fromkeys(CHANGES, NOT_MET)
 
-    @property
-    def complete(self) -> bool:
-        """Whether every change has been met."""
-        return all(each[-1] for each in self.found.values())
-
     def changed(self, traits: dict[str, bool]) -> list[str]:
         """Changes that are met where a motion has such traits, for the first time."""
         return [n for n in CHANGES if not self.found[n][-1] and traits[n] != self.here.traits[n]]
@@ -310,7 +301,8 @@ def edges(
     found, status, trouble = Side(here, begin, search.lasting, begin, search.reach, name), 0, ""
     try:
         if here.orbit is None:
-            _carried_along(found, carried, search.in_chaos(), way)
+            coarse = {"step": CHAOTIC * search.step, "accuracy": max(search.accuracy, search.step / 2)}
+            _carried_along(found, carried, replace(search, **coarse), way)  # finer makes no sense of windows
         else:
             _along_orbits(found, carried, search, way)
     except OutOfTime:
@@ -447,7 +439,7 @@ def _carried_along(side: Side, carried: Carried, search: Search, way: int) -> No
     here, begin = side.here, side.limit
     trail: list[Spot] = [(begin, here)]
     carried.lasts[here, LASTING], values = here, search.values(begin, way)
-    while len(values) and not side.complete:
+    while len(values) and not all(each[-1] for each in side.found.values()):
         spot = carried.chaotic(float(values[0]), trail[-1][1])
         if side.changed(spot[1].traits) or side.returned(spot[1].traits, spot[1].period):
             spot = carried.lasting(spot)
@@ -457,7 +449,9 @@ def _carried_along(side: Side, carried: Carried, search: Search, way: int) -> No
             window = window or _halved(side, carried, name, *_neighbours(carried, name, trail, spot), search)
             if window:
                 last = window.back
-                side.windows |= {} if spot[1].traits["chaos"] else {spot[0]: window[:3]}
+            if window and not spot[1].traits["chaos"]:
+                side.windows[spot[0]] = window[:3]
+                break
         side.at(spot[0], spot[1].traits, spot[1].period)
         trail.append(last)
         values = values[1:]

@@ -5,7 +5,8 @@ where its section points, one a turn, do not all agree; it is *chaotic* where no
 largest exponent of its section map is above 0 by more than `ERRORS` standard errors, widened where batches
 follow one another. What is neither is followed further, since motions settle slowly beside the edge of their
 period. A motion carried on from a chaotic one is asked for its exponent at once, over fewer turns: three of
-its errors say whether these were enough, and it is followed further where they do not.
+its errors say whether these were enough. Where they do not, it is followed further, and its exponent measured
+over `SURE` times the turns.
 
 Chaos may be transient: beyond a crisis, and in a periodic window, a motion is chaotic for some hundreds or
 thousands of turns before it settles to an orbit (Grebogi, Ott, Yorke, Physica D 7, 1983). Chaos is *lasting*
@@ -226,6 +227,8 @@ def settled(mechanism: Mechanism, start: Any, how: Plan, usual: int = 1) -> Sett
         if (orbit := _about(motion, usual, how)) is not None:
             return orbit
         longer, before = replace(how, transient=max(more * how.transient, 1), exponents=1), motion.period
+        if not before and np.isfinite(motion.value("section_exponent_per_turn")):  # and has not said it
+            longer = replace(longer, lyapunov_turns=SURE * how.lyapunov_turns)
         motion = followed(mechanism, motion.end, longer)
         if before and motion.period == before:
             break
