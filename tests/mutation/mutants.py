@@ -144,8 +144,16 @@ def described(file: str, source: str, operator: str, occurrence: int) -> Mutant 
 
 
 def found_again(mutant: Mutant, source: str) -> str | None:
-    """The source with a mutant that an earlier version was drawn with; None where its line is no more."""
-    near = sorted(places(source, [mutant.operator]).items(), key=lambda item: abs(item[0] - mutant.line))
+    """The source with a mutant that an earlier version was drawn with; None where its line is no more.
+
+    Lines that begin as the one before are tried first: to look at a place takes a tenth of a second.
+    """
+    lines = enumerate(map(str.strip, source.splitlines()), 1)
+    alike = {number for number, text in lines if text and mutant.before.lstrip().startswith(text)}
+    if not alike:
+        return None
+    found = places(source, [mutant.operator]).items()
+    near = sorted(found, key=lambda item: (item[0] not in alike, abs(item[0] - mutant.line)))
     for operator, occurrence in chain.from_iterable(ways for _, ways in near):
         other = described(mutant.file, source, operator, occurrence)
         if other and (other.before, other.after) == (mutant.before, mutant.after):
