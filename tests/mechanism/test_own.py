@@ -123,7 +123,7 @@ def changed(**tables):
         (
             {"contacts": [{"name": "stop", "depth": "p", "force": "depth"}]},
             "contacts[0].depth",
-            "never changes",
+            "depends on a position (x) is accepted: this one never changes",
         ),
         (
             {"contacts": [{"name": "seat", "depth": "x", "force": "depth"}]},

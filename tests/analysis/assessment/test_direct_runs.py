@@ -92,10 +92,15 @@ def turns_to_repeat(found, alike=ALIKE):
 
 
 def section_points(found):
-    """Section points, each number in units of its largest; shape (points, numbers)."""
-    points = np.concatenate([_numbers(found, name) for name in POINTS], axis=1)
-    points = points[:, np.isfinite(points).all(axis=0)]
-    return points / np.max(np.abs(points), axis=0).clip(1e-300)
+    """Section points, each speed in units of its largest, each journal's place in units of the farthest.
+
+    Shape (points, numbers).
+    """
+    x, y, speeds = (_numbers(found, name) for name in POINTS)
+    reach = np.maximum(np.abs(x), np.abs(y)).max(axis=0)
+    points = np.concatenate([x, y, speeds], axis=1)
+    points = points / np.concatenate([reach, reach, np.abs(speeds).max(axis=0)]).clip(1e-300)
+    return points[:, np.isfinite(points).all(axis=0)]
 
 
 def nears(found):

@@ -10,6 +10,7 @@ import jointplay as jp
 from jointplay.analysis.assessment import branch_walk
 from jointplay.analysis.assessment import edges as edges_module
 from jointplay.analysis.assessment import settled as settled_module
+from jointplay.analysis.assessment.alternatives import hangs_on
 from jointplay.analysis.assessment.assess import assembled, assessed
 from jointplay.analysis.assessment.branch_walk import Branch, Place, Walk
 from jointplay.analysis.assessment.forces import _mean, _peak_error
@@ -29,6 +30,7 @@ from jointplay.analysis.orbits.shooting import Orbit, newton
 from jointplay.analysis.starts import End
 from jointplay.solver.mechanism.catalog import preset_parts
 from jointplay.solver.mechanism.catalog.preset_parts import fixed, on
+from jointplay.solver.method.codes import Status
 
 HOW = plan(10, 8, 20, 1e-7, None)
 STABLE, CHAOTIC, UNSURE = -1.0, 1.0, 0.1
@@ -212,6 +214,13 @@ def test_a_journal_that_swings_without_friction_is_known_by_its_orbit(wiper, fin
     assert found.period == 1
     assert 0.9957 < found.radius < 0.9964
     assert found.traits == {"contact_loss": False, "doubling": False, "chaos": False}
+
+
+def test_a_motion_with_other_contact_data_that_fails_is_a_status(wiper):
+    how = plan(4, 4, 4, 1e-7, None)
+    found = hangs_on(settled_module.followed(wiper, None, how), 2, replace(how, max_steps=3))
+    assert (found["statuses"] == Status.STEP_LIMIT).all()
+    assert np.isnan(found["peak"]).all()
 
 
 def history(forces):

@@ -134,3 +134,12 @@ def test_the_gear_pair_has_the_periods_that_it_should():
     assert (found.contact_fraction < 0.95).all()
     assert found.mode_word.values[0].count(" ") == 1
     assert set(found.mode_word.values[0]) <= {"d", "c", " ", "."}
+
+
+def test_a_period_is_that_of_all_states():
+    """A forced one follows its forcing, two others turn about each other at half its frequency."""
+    rates = {"x": "-x + sin(w*t)", "u": "w*v/2", "v": "-w*u/2"}
+    states = {"x": 0.0, "u": 1.0, "v": 0.0}
+    turning = jp.System(states=states, parameters={"w": 2.0}, rates=rates, forcing="2*pi/w")
+    found = jp.bifurcation(turning, over={"w": [2.0, 3.0]}, transient=40, turns=12, n_jobs=1)
+    assert (found.period == 2).all()
