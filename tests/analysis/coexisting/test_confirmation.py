@@ -66,6 +66,14 @@ class Approached:
         return None
 
 
+def test_an_edge_state_is_sought_where_the_boundary_has_come_to(monkeypatch):
+    """Twice the same state is an orbit's, wherever the boundary was before."""
+    monkeypatch.setattr(edge_module, "_solved", lambda section, state, period: SimpleNamespace(state=state))
+    seen = [np.array([x, 0.0]) for x in (3.0, 2.0, 1.0, 1.0)]
+    assert edge_module._refined(Approached(), seen).state is seen[-1]
+    assert edge_module._refined(Approached(), seen[:-1]) is None
+
+
 @pytest.mark.parametrize(
     ("unstable", "taken"), [((0.9, 0.1), False), ((1.7, 0.1), True), ((-1.7, 0.1), True), ((1.7, 1.2), False)]
 )

@@ -248,6 +248,7 @@ def test_both_wells_are_left_by_mirrored_knocks_as_their_symmetry_says(wells):
     assert size[0] == pytest.approx(size[1], rel=2e-3)
     assert wells["knock_confirmed"].values.tolist() == [[1, 1], [1, 1]]
     assert wells["above_reaches"].values.tolist() == [[2, 2], [1, 1]]
+    assert (wells["knock_point"] == 0).all()  # of one a turn
     turned = np.diff(wells["knock_phase"].values, axis=0)[0]
     assert np.cos(turned) == pytest.approx(-1.0, abs=1e-6)
     assert (np.diff(wells["return_turns"].values, axis=-1) >= 0).all()
