@@ -449,9 +449,9 @@ def _carried_along(side: Side, carried: Carried, search: Search, way: int) -> No
             window = window or _halved(side, carried, name, *_neighbours(carried, name, trail, spot), search)
             if window:
                 last = window.back
-            if window and not spot[1].traits["chaos"]:
-                side.windows[spot[0]] = window[:3]
-                break
+                if not spot[1].traits["chaos"]:
+                    side.windows[spot[0]] = window[:3]
+                    break
         side.at(spot[0], spot[1].traits, spot[1].period)
         trail.append(last)
         values = values[1:]
