@@ -360,6 +360,14 @@ def once(tmp_path_factory):
         return made(place.folder())
 
 
+def test_the_code_of_a_loop_is_kept_where_it_is_compiled(here, monkeypatch):
+    monkeypatch.setattr("jointplay.solver.method.compiler.object_code", lambda *_: b"machine code")
+    assert cache.build(SMALL) == b"machine code"
+    place.settle()
+    (path,) = here.glob(f"{SMALL}.*.o")
+    assert place.read(path.name) == b"machine code"
+
+
 @pytest.mark.nightly
 def test_a_loop_is_made_once_and_in_a_process_of_its_own(unloaded, here, monkeypatch, capsys):
     path = made(here)

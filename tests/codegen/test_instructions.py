@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.solver.codegen import cache, place
+from jointplay.solver.codegen import cache, elimination, place
 from jointplay.solver.codegen.generated import Function, _address
 from jointplay.solver.codegen.instructions import written
 from jointplay.solver.codegen.lanes import exclusion
@@ -27,6 +27,7 @@ from jointplay.solver.codegen.reader import RefusedError, Text
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay_page.script.translate import Script
 from tests.codegen.samples import oscillator
+from tests.method.linear import sparse_plan
 from tests.script.in_node import needs_node, ran
 from tests.support import one_lane
 from tests.support.laws_grid import GUIDED, PAIRS, mechanism
@@ -232,6 +233,13 @@ def test_code_in_lanes_of_a_size_does_what_its_text_says(positions):
     algebra = cache._text("lanes.algebra", turning, 2, 1, 1, 0)
     tangents = cache._text("lanes.tangent", positions)
     assert differences(algebra) == differences(tangents) == []
+
+
+def test_functions_of_the_method_are_handed_arrays_by_name():
+    plans = [sparse_plan(np.random.default_rng(5), 4, 3, 0.4)]
+    text = elimination.text(plans, 4, plans[0].rows)
+    assert written(text).outside
+    assert differences(text) == []
 
 
 @pytest.mark.nightly
