@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 import random
+import re
 import warnings
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,7 +24,7 @@ from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.changes import Changes
 
 from .loop import MAX_STEPS, brief, tried, within
-from .values import MANY, OPTIONS, OWN, SEEN, STRANGE, accepted, schemas, value
+from .values import FOREIGN, MANY, OPTIONS, OWN, SEEN, STRANGE, accepted, schemas, value
 
 mpl.use("agg")
 LIMIT = 60.0  # s of CPU, a call; compiling takes most of it
@@ -204,6 +205,8 @@ def fault(name, function, positional, given):
         return raised, "raised"
     answer, error = ended
     if error is not None:
+        if foreign := re.search(f"; {FOREIGN}.*", str(error)):
+            return f"refused with{foreign[0]}", "refused"
         return (None if error.problems and str(error) else "refused without a reason"), "refused"
     return wrong_answer(name, answer), "answered"
 

@@ -21,12 +21,13 @@ from jointplay import cli, figures
 from jointplay.kinds import KINDS
 
 from .loop import MAX_STEPS, SHORT, tried, within
-from .values import NUMBERS, OPTIONS, STRANGE, TABLES, TEXTS, chosen, copied, nodes, schemas, value
+from .values import FOREIGN, NUMBERS, OPTIONS, STRANGE, TABLES, TEXTS, chosen, copied, nodes, schemas, value
 
 LIMIT, RUN_LIMIT = 10.0, 60.0  # s of CPU, a file
 RUN_SHARE = 0.25  # of what is accepted
 CELLS = 12  # at most, of what is run
-LINE = re.compile(r"  ((?P<key>\S.*?): got (?P<given>.*?); (?P<accepted>.+)|and [\d,]+ more)")
+SAID = rf"(?P<key>\S.*?): got (?P<given>.*?); (?!{FOREIGN})(?P<accepted>.+)"
+LINE = re.compile(rf"  ({SAID}|and [\d,]+ more)")
 PATHS = ["joints.B.contact.stiffness", "joints.B.clearance", "links.coupler.mass", "drive.rated_torque"]
 PATHS += ["joints.C.friction", "joints[0].clearance", "links.crank.beam.modulus", "joints.B", "drive"]
 WORDS = ["zip", "cases", "start", "stop", "num", "scale", "kind", "name", "clearance", "turns", "é"]

@@ -127,6 +127,7 @@ def test_what_is_written_is_what_was_changed(seed):
         (GUIDED, "mechanism.joints[3].name={ a = 1 }", "mechanism.joints[3].name: got {'a': 1}"),
         (CHAINS, "vary.cases=[2.9, 3.0]", "vary.cases: got [2.9, 3.0]; the name of a parameter is accepted"),
         (CHAINS, "vary.zip=[2.9, 3.0]", "vary.zip: got [2.9, 3.0]; the name of a parameter is accepted"),
+        (CELLS, "vary.gap=3", "vary.gap: got 3; a list of numbers, or a table of start, stop, num and scale"),
         (SHIPPED["basins"], "analysis.pairs=1000000000", "analysis.pairs: got 1000000000; a whole number"),
     ],
 )

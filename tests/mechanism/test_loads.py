@@ -60,6 +60,11 @@ WRONG = [
     (FORCE | {"on": {"link": "rocker", "at": 1.0}}, "loads[0].on.at", "rocker's length"),
     (FORCE | {"angle": "crank", "frequency": 3.0}, "loads[0].angle", "not both"),
     (FORCE | {"angle": "cranck"}, "loads[0].angle", "did you mean 'crank'"),
+    (
+        FORCE | {"harmonics": 3},
+        "loads[0].harmonics",
+        "a list [a table of order, cosine, sine; …] is accepted",
+    ),
     (FORCE | {"harmonics": []}, "loads[0].angle", "accepted beside harmonics or a table only"),
     (FORCE | {"table": [0.0, 1.0, 0.0]}, "loads[0].table", "either harmonics or a table"),
     (FORCE | {"harmonics": [], "table": [0.0, 1.0]}, "loads[0].table", "a list of 3 to 1000 finite numbers"),

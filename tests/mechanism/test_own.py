@@ -102,8 +102,8 @@ def changed(**tables):
         ({"parameters": {"a b": 1.0}}, "parameters.a b", "a letter first"),
         ({"outputs": {"flow": "x"}}, "outputs.flow", "a parameter already"),
         ({"scales": {"z": 1.0}}, "scales.z", "no such state"),
-        ({"scales": 5}, "scales", "valid dictionary"),
-        ({"scales": [{"x": 1.0}]}, "scales", "valid dictionary"),
+        ({"scales": 5}, "scales", "a table { name = "),
+        ({"scales": [{"x": 1.0}]}, "scales", "a table { name = "),
         (
             {"impacts": [{"name": "seat", "gap": "kappa", "restitution": 1}]},
             "impacts[0].gap",

@@ -59,7 +59,7 @@ def test_what_fields_accept_is_read_once_for_each_kind_of_record(monkeypatch):
         raise AssertionError("read again")
 
     monkeypatch.setattr(plausible, "units_of", again)
-    monkeypatch.setattr(plausible, "above_zero", again)
+    monkeypatch.setattr(plausible, "bounds_of", again)
     assert plain.replace(clearance=3.1e-5).clearance_joints[0].clearance == 3.1e-5
     with pytest.raises(InputError, match="mass"):
         plain.replace(**{"links.coupler.mass": 1e-200})

@@ -22,6 +22,7 @@ from jointplay.display.errors import NOTHING, SHOWN, InputError, Problem, join, 
 from jointplay.display.number_text import typed
 
 _UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
+_LISTS, _TABLES = (tuple, list, Sequence), (dict, Mapping)
 _BOUNDS = {"gt": "greater than", "ge": "of at least", "lt": "less than", "le": "at most"}
 
 _HEAD = "Parameters\n----------\n"
@@ -60,12 +61,7 @@ def units_of(field: Any) -> str | None:
 
 def accepted_values(annotation: Any, field: Any = None) -> str:
     """Values that a type takes, as ``a number greater than 0``; empty where the type does not say."""
-    return _Spot(annotation, field).accepted().removesuffix(" is accepted").removesuffix(",")
-
-
-def above_zero(field: Any) -> bool:
-    """Whether a model's field takes numbers greater than 0 alone."""
-    return bounds_of(field).get("gt") == 0
+    return _Spot(annotation, field).values().removesuffix(",")
 
 
 def bounds_of(field: Any) -> dict[str, float]:
@@ -88,11 +84,14 @@ def _problems(detail: Mapping[str, Any], model: Any, root: str) -> list[Problem]
         return context["error"].under(key).problems
     if kind == "union_tag_invalid" or (kind == "union_tag_not_found" and isinstance(given, Mapping)):
         return [_wrong_kind(key, spot, given, context)]
-    if kind.startswith("missing"):
-        return [Problem(key, NOTHING, spot.accepted() or "a value is needed here")]
+    if last == "[key]":
+        return [Problem(key, given, "names, as text, are accepted")]
     if kind == "value_error":
         return [Problem(key, given, str(context["error"]))]
-    return [Problem(key, given, spot.accepted(given) or detail["msg"])]
+    missing = kind.startswith("missing")
+    given, otherwise = (NOTHING, "a value is needed here") if missing else (given, detail["msg"])
+    values = spot.values(given)
+    return [Problem(key, given, f"{values} is accepted" if values else otherwise)]
 
 
 def _wrong_kind(key: str, spot: _Spot, given: Any, context: Mapping[str, Any]) -> Problem:
@@ -130,16 +129,16 @@ class _Spot:
     def step(self, element: Any) -> tuple[_Spot, bool]:
         members = _members(self.annotation)
         if isinstance(element, int):
-            rows = [m for m in map(_bare, members) if typing.get_origin(m) in (tuple, list, Sequence)]
-            items = [typing.get_args(row)[0] for row in rows]
-            return self._inside(items[0] if items else None), True
+            rows = [m for m in map(_bare, members) if typing.get_origin(m) in _LISTS]
+            items = typing.get_args(rows[0]) if rows else (None,)
+            return self._inside(items[0 if items[-1] is ... else min(element, len(items) - 1)]), True
         if len(members) > 1:
-            tagged = [member for member in members if element in _tags(member)]
+            tagged = [m for m in members if element.removeprefix("constrained-") in _tags(m)]
             return _Spot(tagged[0] if tagged else None, self.field, self._description), False
         member = _bare(members[0]) if members else None
         if element in (fields := _fields(member)):
             return _Spot(fields[element].annotation, fields[element]), True
-        values = typing.get_args(member)[1:] if typing.get_origin(member) in (dict, Mapping) else ()
+        values = typing.get_args(member)[1:] if typing.get_origin(member) in _TABLES else ()
         return self._inside(values[0] if values else None), element != "[key]"
 
     def _inside(self, annotation: Any) -> _Spot:
@@ -163,25 +162,28 @@ class _Spot:
     def keys(self) -> list[str]:
         return [name for member in _members(self.annotation) for name in _fields(_bare(member))]
 
-    def accepted(self, given: Any = NOTHING) -> str:
-        """Describe the accepted values; empty if the model does not determine them."""
-        extra = self._description
-        bare = [_bare(member) for member in _members(self.annotation)]
+    def values(self, given: Any = NOTHING) -> str:
+        """What is accepted, a clause with the comma that ends it; empty if the model does not tell."""
+        extra, bare = self._description, [_bare(member) for member in _members(self.annotation)]
+        one = bare[0] if len(bare) == 1 else None
+        form, parts = typing.get_origin(one), typing.get_args(one)
         if "accepts" in extra:
-            return f"{extra['accepts']} is accepted"
-        if len(bare) == 1 and typing.get_origin(bare[0]) is typing.Literal:
-            values = ", ".join(map(repr, typing.get_args(bare[0])))
-            return f"one of {values} is accepted"
-        if bare == [bool]:
-            return "true or false is accepted"
-        if bare in ([float], [int]):
-            return self._number(bare[0], extra, given)
-        if bare == [str]:
-            return f"a {extra['noun']}, as text, is accepted" if extra.get("noun") else "text is accepted"
-        if len(bare) > 1:
-            kinds = self.kinds()
-            return f"a table of kind {' or '.join(map(repr, kinds))} is accepted" if kinds else ""
-        return f"a table of {', '.join(self.keys())} is accepted" if self.keys() else ""
+            return extra["accepts"]
+        if form is typing.Literal:
+            return f"one of {', '.join(map(repr, parts))}"
+        if one in (float, int):
+            return self._number(one, extra, given)
+        if one in (bool, str):
+            text = f"a {extra['noun']}, as text," if extra.get("noun") else "text"
+            return "true or false" if one is bool else text
+        told = ["…" if part is ... else self._inside(part).values().removesuffix(",") for part in parts]
+        if form in _TABLES:
+            return f"a table {{ name = {told[1] or '…'}; … }}"
+        if form in _LISTS:
+            return f"a list [{'; '.join(filter(None, told))}{'; …' * (form is not tuple)}]"
+        kinds = " or ".join(map(repr, self.kinds()))
+        words = ", ".join(self.keys()) if one else f"kind {kinds}" if kinds else ""
+        return f"a table of {words}" if words else ""
 
     def _number(self, kind: type, extra: Mapping[str, Any], given: Any) -> str:
         plain = "whole number" if kind is int else "number"
@@ -196,7 +198,7 @@ class _Spot:
             form = f", as a number or a text with its unit such as '3 {units}',"
         endless = is_number and not _finite(given) and not {"lt", "le"} & bounds.keys()
         words = " ".join(["finite"] * (endless or not limits) + [noun] + [limits] * bool(limits))
-        return f"{_article(words)} {words}{unit}{form} is accepted"
+        return f"{_article(words)} {words}{unit}{form}"
 
 
 def _finite(given: Any) -> bool:
@@ -254,11 +256,7 @@ def _bounds(marks: Iterable[Any]) -> dict[str, float]:
     bounds: dict[str, float] = {}
     for mark in marks:
         bounds |= {name: getattr(mark, name) for name in _BOUNDS if getattr(mark, name, None) is not None}
-        bounds |= _bounds(getattr(mark, "metadata", ()))
-        if typing.get_origin(mark) is typing.Annotated:
-            bounds |= _bounds(typing.get_args(mark)[1:])
-        if typing.get_origin(mark) in (typing.Union, types.UnionType):
-            bounds |= _bounds(typing.get_args(mark))
+        bounds |= _bounds((*getattr(mark, "metadata", ()), *_marks(mark)))
     return bounds
 
 

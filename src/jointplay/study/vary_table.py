@@ -104,7 +104,7 @@ def _flat(table: Any, path: str = "") -> Any:
 
 
 def _not_empty(values: Any) -> Any:
-    if not values:
+    if not isinstance(values, list | tuple) or not values:
         raise refuse(values, f"{ACCEPTED} is accepted")
     return values
 
@@ -133,7 +133,7 @@ def _parameters_alone(table: Any) -> Any:
     return table
 
 
-_List = Annotated[tuple[Number, ...], AfterValidator(_not_empty)]
+_List = Annotated[tuple[Number, ...], BeforeValidator(_not_empty)]
 Values = Annotated[Annotated[_List, Tag("list")] | Annotated[Range, Tag("range")], Discriminator(_form)]
 Vary = Annotated[dict[str, Values], BeforeValidator(_parameters_alone), BeforeValidator(_flat)]
 _Any = Annotated[

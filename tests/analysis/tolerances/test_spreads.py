@@ -108,6 +108,13 @@ def refused(**given):
         ({"clearance": {"normal": ["20 um", "8 um"]}}, "spreads.clearance", "above and below"),
         ({"clearance": {"uniform": [1e-5, 20.0]}}, "spreads.clearance", "accepted"),
         ({"clearance": {"normal": ["0.1 mm", "3 kg"]}}, "spreads", "kg does not convert to m"),
+        (
+            {"clearance": {"normal": 5e-5}},
+            "spreads.clearance",
+            "a list [a finite number; a number greater than 0]",
+        ),
+        ({"clearance": {"normal": [1e-4, -1e-6]}}, "spreads.clearance.normal[1]", "a number greater than 0"),
+        ({"clearance": {"values": 3}}, "spreads.clearance", "a list [a finite number; …]"),
         ({"clearence": {"normal": [1e-4, 1e-6]}}, "spreads.clearence", "clearance"),
         ({"clearance": {"normal": [1e-4, 1e-6], "uniform": [0, 1]}}, "spreads.clearance", "one of"),
         ({"clearance": {"fit": "H7/f7"}}, "spreads.clearance.diameter", "needed"),

@@ -630,14 +630,11 @@ def derivatives(
     for j, (names, rates) in enumerate(zip(directions.names, directions.rates_of, strict=True)):
         unit = 1j * STEP * (np.arange(len(dx)) == j)
         given |= {name: given[name] + unit * rate for name, rate in zip(names, rates, strict=True)}
-    found = outputs.evaluate(module, [key], given | {"atan2": _atan2, "copysign": _copysign})[key]
+    given |= {"atan2": _atan2, "copysign": lambda size, of: np.copysign(size, np.real(of))}
+    found = outputs.evaluate(module, [key], given)[key]
     return np.broadcast_to(np.imag(found) / STEP, len(dx))
 
 
 def _atan2(y: np.ndarray, x: np.ndarray) -> np.ndarray:
     a, b = np.real(x), np.real(y)
     return np.arctan2(b, a) + 1j * (a * np.imag(y) - b * np.imag(x)) / (a * a + b * b)
-
-
-def _copysign(size: float, of: np.ndarray) -> np.ndarray:
-    return np.copysign(size, np.real(of))

@@ -162,15 +162,11 @@ def chaos_test(
     if int(points.status) or samples.size < LEAST or not np.all(np.isfinite(samples)):
         values |= OUTPUTS.none(*JUDGED, test_frequency=len(c), quartile=len(QUARTILES))
     else:
-        scale = _scale(simulate(mechanism, turns=1, **run | {"progress": None}), word, label)
+        turn = simulate(mechanism, turns=1, **run | {"progress": None})
+        scale = float(np.max(np.abs(series(turn, word, label).values), initial=0.0))
         values |= _judged(samples.values, scale, c, tolerance)
     values |= _walk(samples.values, values, c) | values_of(points, RUN)
     return OUTPUTS.dataset(values, of=named(samples), **points.attrs)
-
-
-def _scale(turn: xr.Dataset, word: str, label: str) -> float:
-    """Largest size of the quantity in a turn."""
-    return float(np.max(np.abs(series(turn, word, label).values), initial=0.0))
 
 
 def _judged(samples: np.ndarray, scale: float, c: np.ndarray, tolerance: float) -> dict[str, Any]:

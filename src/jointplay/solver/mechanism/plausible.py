@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any
 
-from jointplay.display.accepted import above_zero, units_of
+from jointplay.display.accepted import bounds_of, units_of
 from jointplay.display.errors import Problem, join
 from jointplay.display.number_text import typed
 from jointplay.solver.equations.own.grammar import number, parse
@@ -115,7 +115,7 @@ def _under(problem: Problem) -> Problem:
 def _fields(kind: type[Record]) -> list[tuple[str, str, str | None, bool]]:
     """Name, key, units of every field of a kind of record, and whether it takes positive numbers alone."""
     fields = kind.model_fields.items()
-    return [(name, each.alias or name, units_of(each), above_zero(each)) for name, each in fields]
+    return [(n, each.alias or n, units_of(each), bounds_of(each).get("gt") == 0) for n, each in fields]
 
 
 def _numbers(record: Any, root: str) -> Iterator[tuple[str, float, str | None, bool]]:
