@@ -295,7 +295,7 @@ def test_play_is_slow_through_an_impact(chromium, page):
         "document.getElementById('live-play').click(); look();"
     )
     until(chromium, "return window.took > 0")
-    assert chromium.execute_script("return took") > 900  # ms; 27 at the usual speed
+    assert chromium.execute_script("return took") > 400  # ms; some 900, and 27 at the usual speed
     until(chromium, "return document.getElementById('live-phase').value > 300")
 
 
