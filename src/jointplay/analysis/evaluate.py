@@ -142,9 +142,11 @@ class Quantities:
             return self.modes
         if name in BALANCE[1:]:
             return self._work.get(name, np.zeros(len(self.rows)))
+        energy, works = self._mechanical(self.rows), self._work
         if name == "energy":
-            return self._mechanical(self.rows) + self._stored()
-        return self._gained - self._taken_in(self._work)
+            return energy + self._stored()
+        taken_in = sum(sign * works[name] for name, sign in WORK.values() if name in works)
+        return energy - self._mechanical(self.start[None, :])[0] - taken_in
 
     @property
     def _work(self) -> dict[str, np.ndarray]:
@@ -152,16 +154,6 @@ class Quantities:
         columns = self.rows[:, self._n_state + len(self.model.touching) :].T
         names = (WORK[word][0] for word in powers(self.model.structure))
         return dict(zip(names, columns, strict=False))
-
-    @staticmethod
-    def _taken_in(works: dict[str, np.ndarray]) -> np.ndarray:
-        """Sum of the works, each with the sign with which it adds to the mechanical energy."""
-        return sum(sign * works[name] for name, sign in WORK.values() if name in works)
-
-    @property
-    def _gained(self) -> np.ndarray:
-        """Gain of kinetic and potential energy of the links since the start."""
-        return self._mechanical(self.rows) - self._mechanical(self.start[None, :])[0]
 
     def _mechanical(self, rows: np.ndarray) -> np.ndarray:
         """Kinetic and potential energy of the links."""

@@ -276,6 +276,22 @@ def test_chaos_in_between_is_asked_for_less_long_than_that_of_the_edge(monkeypat
         assert asked.count(LASTING) == 2
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_narrow_window_just_behind_where_chaos_begins_is_passed_over(monkeypatch, way):
+    """Chaos begins at 1.4996 times the present value; the first halving falls into a window of period 1."""
+
+    def made(value, *_):
+        return motion(0, CHAOTIC) if abs(value) > 1.4996 and abs(abs(value) - 1.5) > 1e-4 else motion(1)
+
+    monkeypatch.setattr(edges_module, "settled", made)
+    monkeypatch.setattr(edges_module, "lasting", lambda given, *_: given)
+    side, last, first = edges_module.Side(motion(1), way), (way * 1.4, made(1.4)), (way * 1.6, made(1.6))
+    edges_module._halved(side, carried(), "chaos", last, first, edges_module.Search(2.0, 0.01, 1e-3))
+    _, _, low, high, *_ = side.found["chaos"]
+    assert min(abs(low), abs(high)) <= 1.4996 <= max(abs(low), abs(high))
+    assert high - low <= 1.5e-3
+
+
 @pytest.mark.parametrize(
     ("periods", "window"),
     [

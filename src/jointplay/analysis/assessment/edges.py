@@ -24,7 +24,7 @@ followed is another one.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -128,11 +128,19 @@ class Carried:
         """The motion at a value, from the end of another one, with chaos that has not died out soon."""
         return self.lasting((value, self.at(value, before)), LASTING[:1])
 
-    def patient(self, values: list[float], before: Settled) -> Iterator[Spot]:
+    def patient(self, values: Iterable[float], before: Settled) -> Iterator[Spot]:
         """The motions at values one after another, each from the end of the one before."""
-        for value in values:
+        for value in map(float, values):
             before = self.at(value, before)
             yield value, before
+
+    def begun(self, last: Spot, place: Spot, within: float) -> Spot | None:
+        """A place of lasting chaos between two without, `within` a relative distance of the second one."""
+        way = place[0] - last[0]
+        parts = min(within * abs(place[0] / way), 1.0) * np.arange(PROBES, 0, -1) / PROBES
+        places = self.patient(place[0] - parts * way, last[1])
+        ends = (self.lasting(each) for each in places if not each[1].period)
+        return next((each for each in ends if each[1].traits["chaos"]), None)
 
     def soon(self, values: list[float], before: Settled) -> list[Spot]:
         """The motion at the first value, and at the next one at which it soon has the period of before.
@@ -228,12 +236,9 @@ class Side:
     begin: float = 1.0
     reach: float = 2.0
     name: str = ""
-    found: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    found: dict[str, tuple[float, ...]] = field(default_factory=lambda: dict.fromkeys(CHANGES, NOT_MET))
     looked: list[tuple[float, dict[str, bool], int]] = field(default_factory=list)
     windows: dict[float, tuple[float, float, int]] = field(default_factory=dict)
-
-    def __post_init__(self):
-        self.found = dict.fromkeys(CHANGES, NOT_MET)
 
     def changed(self, traits: dict[str, bool]) -> list[str]:
         """Changes that are met where a motion has such traits, for the first time."""
@@ -482,19 +487,21 @@ def _halved(
     """Halve the distance of two motions that differ in a trait, and note the change, or return its window.
 
     Where chaos in between is too short to be seen from the first one, a window seems to begin farther back.
-    In between chaos is followed for less long, if that of the two found in the end is lasting.
+    In between chaos is followed for less long, if that of the two found in the end is lasting. Before where
+    it begins there may be a window in it, of which one narrower than the accuracy is passed over.
     """
     for waits in (LASTING[:1], LASTING):
         inner, outer = carried.lasting(last, waits), carried.lasting(first, waits)
         if inner[1].traits[name] == outer[1].traits[name]:
             return None
+        before = inner
         while abs(outer[0] - inner[0]) > search.accuracy * abs(outer[0]):
             value = (outer[0] + inner[0]) / 2
             middle = carried.lasting((value, carried.at(value, inner[1])), waits)
             same = middle[1].traits[name] == inner[1].traits[name]
             window = None if same else _window(carried, name, inner, middle, side.here, search)
             if same:
-                inner = middle
+                before, inner = inner, middle
             elif window and abs(window.low) <= abs(outer[0]) <= abs(window.high):
                 return window
             elif window and abs(window.back[0] - value) < abs(outer[0] - value):  # before the edge
@@ -503,6 +510,9 @@ def _halved(
                 outer = middle
         if all(carried.lasting(each)[1].traits[name] == each[1].traits[name] for each in (inner, outer)):
             break
+    begins = name == "chaos" and outer[1].traits[name] and before is not inner
+    if begins and (begun := carried.begun(before, inner, search.accuracy)):
+        return _halved(side, carried, name, before, begun, search)
     irregular = name == "contact_loss" and not outer[1].period
     side.change(name, inner[0], outer[0], "irregular" if irregular else "bracketed")
     return None

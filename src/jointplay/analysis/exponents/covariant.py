@@ -180,7 +180,8 @@ class Recorder:
 
     def _block(self, until: float, tell: Callable[[], None] | None) -> Block:
         bundle, real, at = self.bundle, self.bundle.tangents.real, self.bundle.at
-        self._carry()
+        d = bundle.tangents.d.reshape(len(bundle.tangents.alive), -1)
+        d[: self.Q.shape[1], 1:] = (self.Q * self.scale[:, None]).T  # the frame in place of its image
         real[at.TRACE] = real[at.VOLUME] = 0.0
         end, there = self._end(until)
         self.status = bundle.advance(end, tell)
@@ -196,11 +197,6 @@ class Recorder:
         if not self._passed(there):
             return Block(bundle.time, R, below)
         return Block(bundle.time, R, below, bundle.state, Q, bundle.rate() / self.scale)
-
-    def _carry(self) -> None:
-        """Put the frame in place of its image."""
-        d = self.bundle.tangents.d.reshape(len(self.bundle.tangents.alive), -1)
-        d[: self.Q.shape[1], 1:] = (self.Q * self.scale[:, None]).T
 
     def _without_lost(self, image: np.ndarray, Q: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Give up a direction that an event has left to rounding, and the directions after it."""

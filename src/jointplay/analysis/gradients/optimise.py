@@ -373,7 +373,8 @@ def optimise(
         end, found = descended(trials, aim.sized(trials.at(x)), x, tolerance, max_iterations)
         kept = 1.0
     aim = aim.sized(found)
-    table = _designs_tried(trials, aim) | _optimum(trials, found, first)
+    table = _designs_tried(trials, aim) | {"low": trials.low, "high": trials.low + trials.width}
+    table |= {"first_value": first, "optimum": trials.low + trials.width * found.x}
     table |= neighbour_values(trials, aim, found, neighbourhood, tolerance)
     forces, designs = selection.largest_forces(mechanism), (mechanism, trials.design(found.x))
     runs = [followed(design, (*names, *forces.values()), by, settings) for design in designs]
@@ -401,11 +402,6 @@ def _designs_tried(trials: Trials, aim: Aim) -> dict[str, Any]:
         "tried_status": [each.status for each in made],
         "tried_derivative_status": [each.verdict for each in made],
     }
-
-
-def _optimum(trials: Trials, found: Trial, first: np.ndarray) -> dict[str, Any]:
-    there = {"first_value": first, "optimum": trials.low + trials.width * found.x}
-    return there | {"low": trials.low, "high": trials.low + trials.width}
 
 
 def _motions(runs: list, found: Trial) -> dict[str, Any]:
