@@ -1,5 +1,7 @@
 """Every parameter of every preset: replaced, varied, differentiated and refused as the one object says."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -212,6 +214,12 @@ def test_several_change_by_the_same_amount_from_where_each_is():
     assert abs(one) > 1
     assert one + other == pytest.approx(both, abs=1e-8 * abs(one))
     assert both == pytest.approx(0.0, abs=1e-8 * abs(one))
+
+
+def test_a_number_that_does_not_fit_to_another_one_is_told_with_it():
+    told = "accepted as joints[2].journal.at, which is 0.181"
+    with pytest.raises(InputError, match=r"^links\.coupler\.length: got 0\.17; .*" + re.escape(told) + "$"):
+        jp.catalog.chunmei2002(clearance=1e-4).varied({"links.coupler.length": 0.17})
 
 
 def test_a_bare_clearance_is_that_of_the_only_joint_that_can_have_one():

@@ -18,7 +18,7 @@ from itertools import count, islice
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
 
 import numpy as np
-from pydantic import AfterValidator, PlainValidator
+from pydantic import Field, PlainValidator
 
 from jointplay.analysis import rules
 from jointplay.analysis.curves.tracing import (
@@ -199,13 +199,7 @@ GRAZED = {  # by the curve on which an event appears or vanishes
 }
 
 
-def _two(plane: dict[str, Any]) -> dict[str, Any]:
-    if len(plane) != 2:
-        raise refuse(list(plane), f"{_PLANE} is accepted")
-    return plane
-
-
-Ranges = Annotated[dict[str, Range], AfterValidator(_two), accepts(_PLANE)]
+Ranges = Annotated[dict[str, Range], Field(min_length=2, max_length=2), accepts(_PLANE)]
 
 
 Labels = several(Count, "a list of numbers of special points,")

@@ -96,10 +96,9 @@ class Sweep:
         settings = self._plan(carried)
         plan = asdict(settings) | {"section": settings.section}
         origin = before = key_of("bifurcation", plan, self.mechanism, start, carried)
-        changes, keys = tuple(map(self._changes, indices)), []
-        for change in changes:
-            keys.append(before := key_of(before if carried else origin, change))
-        return Chain(tuple(keys), self.mechanism, changes, start, settings, carried)
+        changes = tuple(map(self._changes, indices))
+        keys = tuple(before := key_of(before if carried else origin, each) for each in changes)
+        return Chain(keys, self.mechanism, changes, start, settings, carried)
 
     def _changes(self, index: tuple[int, ...]) -> dict[str, float]:
         """Changes of the mechanism at a point."""

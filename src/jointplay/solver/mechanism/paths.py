@@ -79,8 +79,15 @@ def with_parts(record: R, changes: Mapping[str, Any]) -> R:
         try:
             record = at_paths(record, {path: value})
         except InputError as error:
-            raise InputError(Problem(path, value, each.expected) for each in error.problems) from None
+            raise InputError(_told_of(path, value, each) for each in error.problems) from None
     return record
+
+
+def _told_of(path: str, value: Any, problem: Problem) -> Problem:
+    """A problem where a value was changed, which may not fit to a number elsewhere."""
+    fits = problem.given == value or not is_number(problem.given)
+    there = fits or f"{problem.expected} as {problem.key.partition('.')[2]}, which is {problem.given:g}"
+    return Problem(path, value, problem.expected if fits else there)
 
 
 def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
