@@ -54,6 +54,7 @@ PYTHON = {
     "import jointplay": (190, f"{COMPILES} {DRAWS} {TABLES} {RARE} numpy pydantic"),
     "import jointplay; jointplay.catalog.chunmei2002()": (400, f"{COMPILES} {DRAWS} {TABLES} {RARE}"),
     "import jointplay as jp; jp.assess": (560, f"{COMPILES} {DRAWS} {TABLES} {RARE}"),
+    "import jointplay as jp; jp.gradient": (560, f"{COMPILES} {DRAWS} {TABLES} {RARE}"),
     "import jointplay as jp; jp.simulate(jp.catalog.chunmei2002(), turns=1)": (
         1550,
         f"sympy {DRAWS} netCDF4 joblib",

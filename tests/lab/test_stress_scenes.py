@@ -17,7 +17,7 @@ from jointplay.solver.mechanism.parts.loads import Force, Spring, Torque, Torsio
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.study.file import validate
 from jointplay_lab.stress import ranges
-from jointplay_lab.stress.others import ROWS, pairs
+from jointplay_lab.stress.others import ROWS, pairs, preset
 from jointplay_lab.stress.scenes import CORNERS, FOUR_BARS, STARTS, VARIANTS, draw, not_drawable
 from jointplay_lab.stress.stress import study_text
 
@@ -191,6 +191,15 @@ def test_nothing_starts_deep_where_the_law_has_no_depth():
         if case.contact_law in ("restitution", "johnson", "dubowsky_freudenstein", "liu"):
             assert abs(journal(case)) < case.mechanism.joint("B").clearance
     assert {case.start for case in cases if case.contact_law in FACTORS} == {*STARTS}
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_speed_that_swings_never_turns_back_and_a_cut_is_harder_on_the_way_in(seed):
+    laws = ("kelvin_voigt", "coulomb")
+    made, _ = preset(np.random.default_rng(seed), "guide", laws)
+    assert 0.0 < made.drive.harmonics[0].sine < 0.8 * made.drive.constant
+    made, _ = preset(np.random.default_rng(seed), "quick_return", laws)
+    assert made.loads[0].harmonics[0].sine == -made.loads[0].harmonics[0].cosine / 2
 
 
 def test_a_series_named_by_no_variants_is_that_of_the_four_bars():

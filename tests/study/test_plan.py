@@ -10,7 +10,7 @@ from jointplay.jobs.pool import Pool
 from jointplay.study.execute import complete
 from jointplay.study.plan import plan, status
 from jointplay.study.run import first_work, run
-from jointplay.study.vary_table import points
+from jointplay.study.vary_table import ACCEPTED, points
 from tests.support.sweep_samples import CELLS, CHAINS, loaded, ran
 
 HEAD, TAIL = CELLS.split("[vary]\n")[0], "\n[analysis]\nturns = 5\n"
@@ -26,6 +26,10 @@ def told(vary):
 def changes(vary):
     record = loaded(f"{HEAD}[vary]\n{vary}\n{TAIL}").record
     return points(record.mechanism, record.vary).changes
+
+
+def test_a_list_without_values_is_told_what_is_accepted():
+    assert told("gap = []") == {"vary.gap": f"{ACCEPTED} is accepted"}
 
 
 def test_values_make_a_grid_unless_they_go_together():

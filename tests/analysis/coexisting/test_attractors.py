@@ -7,6 +7,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
+from jointplay.analysis.coexisting import attractors
 from jointplay.analysis.coexisting.attractors import EVENTS, identities
 from jointplay.analysis.coexisting.lasting import (
     AMONG,
@@ -87,6 +88,14 @@ def test_a_start_that_does_not_fit_is_told_before_anything_is_followed(monkeypat
     with pytest.raises(InputError) as caught:
         jp.attractors(PAIR, over={"gap": [3.6]}, region=PLANE, starts=4, initial=[0.1], n_jobs=1, **SHORT)
     assert [problem.key for problem in caught.value.problems] == ["initial"]
+
+
+def test_code_is_compiled_for_the_first_and_the_last_value_that_make_a_model(monkeypatch):
+    ahead = []
+    monkeypatch.setattr(attractors, "warm", lambda models, *_: ahead.extend(models))
+    attractors._warm(PAIR, [{"gap": 3.4}, {"gap": -1.0}, {"gap": 3.6}], None, exponents=False, ensemble=False)
+    attractors._warm(PAIR, [{"gap": -1.0}, {"gap": 3.7}], None, exponents=False, ensemble=False)
+    assert [model.numbers[0] for model in ahead] == [3.4, 3.6, 3.7]
 
 
 @pytest.mark.nightly

@@ -7,6 +7,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
+from jointplay.analysis.curves.curve import BRANCH
 from tests.analysis.exact_maps import Symmetric, symmetry_lost
 
 
@@ -39,6 +40,19 @@ def pair():
         transient=0,
         step=0.1,
     )
+
+
+@pytest.mark.long
+def test_progress_is_a_share_of_the_most_points_there_can_be():
+    told, motion = [], Symmetric(0.5 * Symmetric(1.0, 0.8).fold, 0.8)
+    jp.curve(
+        catalog.impact_pair(motion.gap, 0.8),
+        plane={"gap": (1.2, 150.0), "restitution": (0.3, 0.95)},
+        initial=list(motion.at_zero),
+        transient=0, max_points=6, max_curves=2, max_branches=1, progress=told.append,
+    )
+    assert len(told) > 6
+    assert np.diff(told)[1:6] == pytest.approx(1 / (BRANCH + 2 * 6))
 
 
 BALL = catalog.bouncing_ball(1.3, 0.5)

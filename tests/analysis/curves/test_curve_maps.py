@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from jointplay.analysis.curves.tracing import CONDITIONS, Curves, starts_of
+from jointplay.analysis.curves.tracing import CONDITIONS, Curves, _passes, starts_of
 from jointplay.analysis.curves.tracing import _unstuck as unstuck
 from jointplay.analysis.orbits.arclength import first
 from jointplay.analysis.orbits.continuation import Explorer
@@ -110,6 +110,18 @@ def test_neimark_sacker_between_its_resonances():
     assert set(ends) == {"range", "resonance"}
     assert b.min() == pytest.approx(1 / 4, rel=1e-7)
     assert b.max() == 0.9
+
+
+@pytest.mark.parametrize(("apart", "same"), [(5.0, True), (15.0, False)])
+def test_a_start_lies_on_a_curve_where_the_multipliers_are_nearly_the_same(apart, same):
+    """Their product is 1000 there: a hundredth of it is 10."""
+
+    def curve(ends, product):
+        points = [SimpleNamespace(q=np.array(q), multipliers=np.array([1.0, product])) for q in ends]
+        return SimpleNamespace(kind="fold", event=(-1, -1), branch=SimpleNamespace(points=points))
+
+    one, other = curve([(0.0, 0.0), (1.0, 1.0)], 1000.0), curve([(0.5, 0.5)], 1000.0 + apart)
+    assert _passes(one, other) is same
 
 
 def test_a_doubling_passes_the_resonance():

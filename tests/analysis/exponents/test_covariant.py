@@ -9,9 +9,10 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
-from jointplay.analysis.exponents.covariant import Participation, angles_between
+from jointplay.analysis.exponents.covariant import TIGHT, Participation, Recorder, angles_between, frame
 from jointplay.analysis.starts import state_names
 from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion.trajectory import Request
 from tests.support.tangent_map import tangent_map
 
 LOOSE = {"clearance": 2.9e-4, "gear_ratio": 3.0}
@@ -38,6 +39,15 @@ def pair():
     system = catalog.impact_pair(0.4, 0.8)
     run = {"turns": 41, "settling": 10, "transient": 20, "rtol": 1e-12, "initial": (0.05, 0.7)}
     return system, jp.covariant(system, **run)
+
+
+def test_a_block_lasts_a_fiftieth_of_a_turn():
+    model = assemble(catalog.duffing())
+    first = frame(2, tangents.scales(model), model.memories)
+    recorder = Recorder(tangents.Bundle(model, Request(model.period, 1e-8), first, TIGHT))
+    ends = [block.time for block in recorder.blocks(model.period)]
+    assert np.diff(ends)[:-1] == pytest.approx(model.period / 50)
+    assert ends[-1] == pytest.approx(model.period)
 
 
 @pytest.mark.nightly

@@ -102,6 +102,12 @@ def test_a_periodic_motion_of_the_linkage():
     assert float(found.growth) < -1
 
 
+def test_events_are_kept_where_they_are_asked_for():
+    turn = Turn(assemble(catalog.impact_pair(0.6, 0.8)))
+    counts = [len(turn.records(turn.model.state, 3, **how).events) for how in ({}, {"events": True})]
+    assert counts[0] == 0 < counts[1]
+
+
 @pytest.mark.long
 def test_a_prescribed_speed_has_no_crank_in_its_state():
     mechanism, turn = linkage(gear_ratio=15.0)

@@ -1,7 +1,7 @@
 """Periodic orbits and their multipliers: closed forms, a published orbit, exponents along the motion."""
 
 import math
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.analysis.starts import placed
 from tests.analysis.exact_maps import TAU, Symmetric
+from tests.analysis.orbits.test_continuation_maps import Plain, square
 
 ROUNDING = 1e-11
 LINKAGE = catalog.chunmei2002(gear_ratio=3.0)
@@ -153,6 +154,14 @@ def test_an_unstable_orbit_beside_a_stable_one():
     assert multipliers(single)[0].real < -1.01
     again = jp.periodic_orbit(mechanism, initial=list(1.0001 * single.orbit_state.values), transient=0)
     assert again.orbit_state.values == pytest.approx(single.orbit_state.values, rel=1e-9, abs=1e-11)
+
+
+def test_an_orbit_that_is_exact_is_not_improved_and_none_can_be_changed():
+    exact = Plain(square, 0.25)  # x' = x + 1/4 - x^2
+    found = shooting.newton(exact, np.array([0.5]))
+    assert (found.iterations, found.state.tolist()) == (0, [0.5])
+    with pytest.raises(FrozenInstanceError):
+        found.status = 1
 
 
 def test_where_nothing_is_found_another_section_of_the_turn_is_tried(monkeypatch):

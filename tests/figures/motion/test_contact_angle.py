@@ -95,3 +95,5 @@ def test_windows_are_columns_unwrapped_from_their_own_start(turning):
     later = figure.axes[3].lines[1].get_ydata()
     assert -180 <= later[np.isfinite(later)][0] < 180
     assert figure.axes[0].get_title(loc="left") == "(a) start-up, turn 1"
+    one = figures.draw(turning, kind="contact_angle")
+    assert figure.get_layout_engine().get()["wspace"] > one.get_layout_engine().get()["wspace"]
