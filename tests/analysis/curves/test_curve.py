@@ -49,7 +49,11 @@ def test_progress_is_a_share_of_the_most_points_there_can_be():
         catalog.impact_pair(motion.gap, 0.8),
         plane={"gap": (1.2, 150.0), "restitution": (0.3, 0.95)},
         initial=list(motion.at_zero),
-        transient=0, max_points=6, max_curves=2, max_branches=1, progress=told.append,
+        transient=0,
+        max_points=6,
+        max_curves=2,
+        max_branches=1,
+        progress=told.append,
     )
     assert len(told) > 6
     assert np.diff(told)[1:6] == pytest.approx(1 / (BRANCH + 2 * 6))
