@@ -137,7 +137,7 @@ def test_a_quantity_is_two_lines_and_whether_it_follows_accelerations_is_found(c
 def test_a_kind_is_four_files(copy):
     row = "".join(f"\n    {line}" for line in ROW.splitlines())
     copy.edit("src/jointplay/analysis/signals/returns.py", lambda _: ANALYSIS)
-    copy.edit("src/jointplay/figures/signals/returns.py", lambda _: FIGURE)
+    copy.edit("src/jointplay/figures/analyses/returns.py", lambda _: FIGURE)
     copy.edit(KINDS, lambda text: text.replace(LISTED, f"{row},{LISTED}"))
     copy.edit("studies/chaos/returns.toml", lambda _: STUDY)
     files, lines = copy.cost

@@ -62,6 +62,7 @@ def test_no_more_points_are_kept_than_a_picture_takes(monkeypatch):
     assert module._last_points({"points": points}).tolist() == points[2:].tolist()
 
 
+@pytest.mark.long
 def test_points_are_over_the_clearance_that_is_read(table):
     """The contact carries about the same force: about the same penetration, whatever the clearance."""
     inside = [

@@ -60,6 +60,7 @@ def test_work_and_precision(ideal):
     assert np.all(ideal.monolithic_run_time > 0)
 
 
+@pytest.mark.long
 def test_a_later_turn_starts_from_the_motion_there(ideal):
     """The vibration of the start has decayed: the rigid pass alone is nearly right."""
     assert ideal.pass_deflection_error.values[1, 0, 0] < 0.2 * ideal.pass_deflection_error.values[0, 0, 0]
@@ -67,6 +68,7 @@ def test_a_later_turn_starts_from_the_motion_there(ideal):
     assert ideal.case.values.tolist() == ["ideal joints, turn 1", "ideal joints, turn 4"]
 
 
+@pytest.mark.long
 def test_the_paper_s_inertia_terms_are_close_to_all(ideal):
     assert np.all((ideal.order_difference > 1e-7) & (ideal.order_difference < 1e-3))
 

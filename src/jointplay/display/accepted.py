@@ -183,7 +183,7 @@ class _Spot:
             return f"a list [{'; '.join(filter(None, told))}{'; …' * (form is not tuple)}]"
         kinds = " or ".join(map(repr, self.kinds()))
         words = ", ".join(self.keys()) if one else f"kind {kinds}" if kinds else ""
-        return f"a table of {words}" if words else ""
+        return f"a table of {words}" if words else "an empty table" * hasattr(one, "model_fields")
 
     def _number(self, kind: type, extra: Mapping[str, Any], given: Any) -> str:
         plain = "whole number" if kind is int else "number"

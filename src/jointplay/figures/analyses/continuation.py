@@ -114,7 +114,7 @@ def reach(ax: Axes, dataset: Dataset, frame: Frame, scale: str, part: Sequence[f
             line.get_ydata()[(line.get_xdata() >= low) & (line.get_xdata() <= high)] for line in ax.lines
         ]
         if not (y := np.concatenate(there))[np.isfinite(y)].size:
-            raise select.refuse("detail", list(part), "a stretch of the parameter that a branch reaches")
+            raise select.refuse("detail", list(part), "a stretch that a branch reaches is accepted")
         pad = AROUND * (np.nanmax(y) - np.nanmin(y))
         ax.set(xlim=(low, high), ylim=(np.nanmin(y) - pad, np.nanmax(y) + pad))
     elif select.choice("scale", scale, SCALES) == "log":
