@@ -120,7 +120,7 @@ def newton(angle):
     return x
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_angles_over_a_turn_whatever_the_memories_are_near():
     """A memory that is off by some 1e-4 changes nothing but by rounding."""
     mechanism = SCENES["bars"]()

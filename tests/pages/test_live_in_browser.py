@@ -381,7 +381,7 @@ def test_a_point_beyond_the_sliders_is_said_not_to_be_computed(chromium, with_fa
     until(chromium, f"return {SAID}.endsWith('there is no slider for length.')")
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_firefox_shows_the_same(firefox, page):
     opened(firefox, page, "#live=gear_ratio:3.2")
     assert said(firefox, "The motion repeats every 2 turns")

@@ -28,8 +28,10 @@ LONG = {
     30,
     48,
     54,
+    83,
     86,
     102,
+    108,
     143,
     175,
 }  # scenes that are quick to follow, but whose equations are long to compile

@@ -97,7 +97,7 @@ def test_what_the_budget_cut_short_goes_on_where_it_was(tmp_path, counted):
     assert sorted(counted) == sorted(once), "no motion is settled twice"
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_one_that_was_killed_goes_on_where_it_was(tmp_path, monkeypatch):
     whole = ran(loaded(CHAOTIC, budget(1e6)), tmp_path / "whole")
     monkeypatch.setattr(worker, "BATCH", 0.0)

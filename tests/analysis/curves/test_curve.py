@@ -42,7 +42,7 @@ def pair():
     )
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_progress_is_a_share_of_the_most_points_there_can_be():
     told, motion = [], Symmetric(0.5 * Symmetric(1.0, 0.8).fold, 0.8)
     jp.curve(
@@ -103,7 +103,7 @@ def test_the_ball_begins_to_bounce_and_doubles_its_period(ball):
     assert edges == pytest.approx([0.2, ball_fold(0.1)], rel=1e-9)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_multipliers_on_the_curves(pair, ball):
     """On each a multiplier is what its name says: of the whole turn, also where half of it was solved."""
     for found, kind, value in (
