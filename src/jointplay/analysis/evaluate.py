@@ -142,9 +142,10 @@ class Quantities:
             return self.modes
         if name in BALANCE[1:]:
             return self._work.get(name, np.zeros(len(self.rows)))
-        energy, works = self._mechanical(self.rows), self._work
+        energy = self._mechanical(self.rows)
         if name == "energy":
             return energy + self._stored()
+        works = self._work
         taken_in = sum(sign * works[name] for name, sign in WORK.values() if name in works)
         return energy - self._mechanical(self.start[None, :])[0] - taken_in
 

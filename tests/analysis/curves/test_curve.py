@@ -29,8 +29,7 @@ def along(found, kind):
     return *values, slopes, words["curve_end"].values[number].tolist()
 
 
-@pytest.fixture(scope="module")
-def pair():
+def curves_of_the_pair(**how):
     r = 0.8
     motion = Symmetric(0.5 * Symmetric(1.0, r).fold, r)
     return jp.curve(
@@ -38,23 +37,19 @@ def pair():
         plane={"gap": (1.2, 150.0), "restitution": (0.3, 0.95)},
         initial=list(motion.at_zero),
         transient=0,
-        step=0.1,
+        **how,
     )
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return curves_of_the_pair(step=0.1)
 
 
 @pytest.mark.nightly
 def test_progress_is_a_share_of_the_most_points_there_can_be():
-    told, motion = [], Symmetric(0.5 * Symmetric(1.0, 0.8).fold, 0.8)
-    jp.curve(
-        catalog.impact_pair(motion.gap, 0.8),
-        plane={"gap": (1.2, 150.0), "restitution": (0.3, 0.95)},
-        initial=list(motion.at_zero),
-        transient=0,
-        max_points=6,
-        max_curves=2,
-        max_branches=1,
-        progress=told.append,
-    )
+    told = []
+    curves_of_the_pair(max_points=6, max_curves=2, max_branches=1, progress=told.append)
     assert len(told) > 6
     assert np.diff(told)[1:6] == pytest.approx(1 / (BRANCH + 2 * 6))
 

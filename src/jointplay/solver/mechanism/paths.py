@@ -85,9 +85,10 @@ def with_parts(record: R, changes: Mapping[str, Any]) -> R:
 
 def _told_of(path: str, value: Any, problem: Problem) -> Problem:
     """A problem where a value was changed, which may not fit to a number elsewhere."""
-    fits = problem.given == value or not is_number(problem.given)
-    there = fits or f"{problem.expected} as {problem.key.partition('.')[2]}, which is {problem.given:g}"
-    return Problem(path, value, problem.expected if fits else there)
+    expected = problem.expected
+    if is_number(problem.given) and problem.given != value:
+        expected = f"{expected} as {problem.key.partition('.')[2]}, which is {problem.given:g}"
+    return Problem(path, value, expected)
 
 
 def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
