@@ -26,6 +26,7 @@ RTOL = 1e-12
 SAME = 1e-7
 SAMPLES = 16
 TWIN = 1e-11
+BALANCED = 1e-7  # of the energy's range: what may be missing in its balance
 MOTION = ["angle", "angular_velocity", "angular_acceleration"]
 TOUCH = ["journal_x", "journal_y", "penetration", "normal_velocity", "tangential_velocity"]
 TOUCH += ["normal_force", "tangential_force"]
@@ -59,6 +60,7 @@ def words(mechanism):
     """What is recorded."""
     found = MOTION + TOUCH * bool(mechanism.contacts) + ["deflection"] * bool(mechanism.elastic_links)
     found += ["reaction_x", "reaction_y"] * any(joint.ideal for joint in mechanism.joints)
+    found += ["energy", "energy_residual"]
     return found + ["drive_torque"] * bool(mechanism.drive)
 
 
@@ -67,6 +69,7 @@ def run(mechanism, initial, times):
     how = {"duration": float(times[-1]), "at": times, "record": words(mechanism), "initial": initial or None}
     found = jp.simulate(mechanism, rtol=RTOL, **how)
     assert int(found.status) == 0, found.attrs
+    assert abs(found.energy_residual.values).max() < BALANCED * np.ptp(found.energy.values)
     return found
 
 

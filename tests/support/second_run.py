@@ -29,6 +29,7 @@ ROW_END = 1e-6  # s before a rest: which rebound is the last one there is roundi
 EARLY = 10  # times: bodies rest when a rebound is slow, the program when the row's sum has run out
 UNSURE = 0.01  # the most by which differences with two steps may be apart
 SAMPLES = 12
+UNBALANCED = 50.0  # times what is missing in the balance of energy counts: 1e-7 of its range is too much
 MOTION = ("angle", "angular_velocity", "angular_acceleration")
 TOUCH = ("penetration", "normal_velocity", "tangential_velocity", "normal_force", "tangential_force")
 WORDS = {  # of the bodies' events, by the mode before
@@ -118,11 +119,14 @@ def response(scene: Scene) -> dict[str, float]:
     words = [*MOTION, *TOUCH * bool(contacts), *["deflection"] * bool(mechanism.elastic_links)]
     pins = [joint.name for joint in mechanism.joints if joint.ideal]
     words += ["reaction_x", "reaction_y"] * bool(pins) + ["drive_torque"] * bool(mechanism.drive)
+    words += ["energy", "energy_residual"]
     how = {"duration": scene.duration, "at": times, "record": words, "initial": scene.initial or None}
     found = jp.simulate(mechanism, rtol=RTOL, **how)
     assert int(found.status) == 0, str(found.attrs)
     system, states, events = second(scene, times)
     apart = _motion(found, system, states)
+    missing = abs(found.energy_residual.values).max() / np.ptp(found.energy.values)
+    apart["energy_residual"] = UNBALANCED * missing
     solved = [system.solve(x.t, x.y, x.modes, x.memory) for x in states]
     if contacts:
         rows = np.array(

@@ -122,6 +122,18 @@ class Bundle:
         options = options._replace(t_end=min(options.t_end, float(until)))
         return advance(structure, self.work, self.motion, options, derivatives, self.tangents, tell)
 
+    def join(self, other: Bundle) -> None:
+        """Go on along the motion of another run of the same model, with the own frame.
+
+        Not where only one of both has gone through an event that is due: its tangents have jumped there.
+        """
+        from jointplay.solver.method.memory import EVENTS
+
+        if self.motion.count[EVENTS] == other.motion.count[EVENTS]:
+            for own, given in zip(self.motion, other.motion, strict=True):
+                own[...] = given
+            self.work.past[:] = other.work.past
+
     def record(self, block: float) -> None:
         """From here on, record a row after each `block` of time."""
         self.tangents.real[self.at.BLOCK] = block

@@ -50,6 +50,13 @@ def test_a_block_lasts_a_fiftieth_of_a_turn():
     assert ends[-1] == pytest.approx(model.period)
 
 
+def test_two_first_frames_are_compared_on_one_motion():
+    """In chaos two motions of one start have parted after some sixteen turns, and their vectors with them."""
+    found = jp.covariant(catalog.chunmei2002(**LOOSE), turns=2, transient=24, settling=20)
+    assert float(found.lyapunov_exponent[0]) > 5
+    assert found.settling_residual.values.max() < 1e-6
+
+
 @pytest.mark.nightly
 def test_tangent_maps_carry_the_vectors_through_impacts(pair):
     """Over whole periods, each with impacts, by maps of another tolerance that know nothing of frames."""

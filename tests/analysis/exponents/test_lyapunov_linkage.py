@@ -9,6 +9,8 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.records import ConstantSpeed
+from tests.analysis.test_imposed_impacts import four_bar
 
 CASES = {
     "A": ({}, 400),
@@ -47,6 +49,15 @@ def test_sticking_loses_a_dimension():
     assert np.isneginf(values[5])
     assert np.all(np.isfinite(values[:5]))
     assert np.all(np.isfinite(found.lyapunov_standard_error[:5]))
+
+
+def test_a_stable_orbit_on_which_a_bearing_rests_for_ever_is_stable():
+    """Gap and rate neither grow nor shrink while it rests: of rounding, they would outlive what shrinks."""
+    mechanism = four_bar(ConstantSpeed(link="crank", speed=50.0), 0.3, 0.1)
+    found = jp.lyapunov(mechanism, transient=20, turns=60, twin_turns=20)
+    twins = float(found.growth)
+    assert twins < -2
+    assert float(found.section_exponent_per_turn[0]) == pytest.approx(twins, abs=1e-3)
 
 
 def test_constant_speed():

@@ -430,9 +430,9 @@ def covariant(  # noqa: D417 (nobody gives it the model)
         if progress is not None:
             progress(bundle.time / request.duration)
 
-    status, recorder, found = bundle.advance(begin, tell), Recorder(bundle), Findings(model, begin, until)
+    status = _together(bundle, other, begin, tell)
+    recorder, found = Recorder(bundle), Findings(model, begin, until)
     if status == 0:
-        other.advance(begin)
         frames = recorder.Q, Recorder(other).Q
         for vectors, residual, C in _settled(recorder, begin, until, window, tell):
             found.add(vectors, residual if found.residuals else _larger(residual, beyond(*frames, C)))
@@ -447,6 +447,18 @@ def covariant(  # noqa: D417 (nobody gives it the model)
     if "share" in result:
         result["share"].attrs["norm"] = found.participation.norm
     return result
+
+
+def _together(bundle: Bundle, other: Bundle, until: float, tell: Callable[[], None]) -> int:
+    """Carry two frames along one motion until a time: in chaos, two of one start would part."""
+    bundle.record(bundle.model.period)
+    while (status := bundle.advance(until, tell)) == bundle.full:
+        bundle.taken()
+        other.advance(bundle.time)
+        other.join(bundle)
+    bundle.record(math.inf)
+    other.advance(until)
+    return status
 
 
 def _settled(

@@ -100,14 +100,11 @@ def impulse(dynamics: Dynamics, k: int) -> tuple[list[Expr], Expr, Expr]:
 
 def drawn(dynamics: Dynamics, k: int, across: bool = False) -> Expr:
     """Work of a drive that imposes a speed, per impulse on the k-th wall along N, or T."""
-    system, wall = dynamics.system, dynamics.system.resets[k]
-    if not any(system.draws):
-        return Integer(0)
-    moved = pushed(dynamics, k, across)
-    changes = [
-        (draw, moved[z] - z) for z, draw in zip(system.speeds, system.draws, strict=True) if z in moved
-    ]
-    return sum((draw * change for draw, change in changes), -wall.drawn[across])
+    system, moved = dynamics.system, pushed(dynamics, k, across) if any(dynamics.system.draws) else {}
+    changes = (
+        draw * (moved[z] - z) for z, draw in zip(system.speeds, system.draws, strict=False) if z in moved
+    )
+    return sum(changes, -system.resets[k].drawn[across])
 
 
 def drive_work(dynamics: Dynamics, k: int) -> Expr:
@@ -116,7 +113,7 @@ def drive_work(dynamics: Dynamics, k: int) -> Expr:
     if push:
         return drawn(dynamics, *push)
     wall, rests = k % max(1, len(system.resets)), k >= len(system.resets)
-    if k >= 2 * len(system.resets) or not any(system.draws) or system.resets[wall].restitution is None:
+    if k >= 2 * len(system.resets) or system.resets[wall].restitution is None:
         return Integer(0)
     _, weight, rate = impulse(dynamics, wall)
     share = Integer(1) if rests else 1 + system.resets[wall].restitution

@@ -61,7 +61,7 @@ COLUMNS = 3
 HALVINGS = 40  # of an interval, to isolate roots
 STACK = 10 * (HALVINGS + 2)
 # Places in Work.impact: rates that unit impulses make, then rows of SIZE, a system of equations, the share of
-# restitution, and the state before.
+# restitution, and the state before; behind them room to keep them.
 MOST = 6  # walls at once
 SIZE = 2 * MOST  # unknowns of an impact: impulses along both directions of each
 MATRIX, BEFORE, AFTER, PUSH, BEST, TARGET, WALL, FRICTION, CHOICE, CHOSEN = (
@@ -175,7 +175,7 @@ def work(n_s: int, n_q: int, n: int, n_touch: int, n_powers: int, n_rows: int, n
         b=lane_rows(2),
         stack=np.zeros(STACK),
         contact=np.zeros(max(6 * n_touch, 1)),
-        impact=np.zeros(STATE + n_s),
+        impact=np.zeros(2 * (STATE + n_s)),
         eigen=np.zeros((n + n_q + n) * (n_q + n)),
     )
 

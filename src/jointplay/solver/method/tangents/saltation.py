@@ -74,7 +74,7 @@ from ..walls.impacts import (
     rough,
     unknown,
 )
-from ..walls.walls import SWEEPS, resting, walls_of
+from ..walls.walls import resting, walls_of
 from .tangent import (
     CONTINUES,
     GRAZING,
@@ -95,6 +95,7 @@ from .tangent import (
 ENTERS, MAY_LEAVE = 2, 3
 DEGENERATE = 1e-13  # of a determinant's bound: what is less is rounding of 0
 
+SETTLED, SQUARINGS = 1e-8, 40  # change by the last squaring but one, relative to the scales; the most
 ALIKE = 1e-6  # of a jump: by how much it may differ from what it is taken for
 
 
@@ -231,13 +232,12 @@ def project_at_rest(functions, derivatives, motion, options, tangents, held):
 
     `held`: 1, where something has been taken already.
     """
-    walls = len(motion.modes) - len(motion.flags)
-    for n in range(walls if resting(motion) < 2 else walls * SWEEPS):
-        j = n % walls
-        if motion.modes[len(motion.flags) + j] > RELEASED:
-            held = 1.0
-            derivatives.reset_slopes(walls + j, motion.s, motion.p, tangents.D)
-            _project_all(tangents, options)
+    if resting(motion) > 0:
+        held = 1.0
+    if resting(motion) > 1:
+        _project_jointly(derivatives, motion, options, tangents)
+    else:
+        stay_at_rest(derivatives, motion, options, tangents)
     if held > 0.0:
         tangents.count[JUMPS] += 1
         tangents.real[VOLUME] = -np.inf
@@ -249,11 +249,67 @@ def project_at_rest(functions, derivatives, motion, options, tangents, held):
 
 
 @inner
-def _project_all(tangents, options):
-    width = 1 + options.n_q + options.n
+def stay_at_rest(derivatives, motion, options, tangents):
+    """Remove the parts across each wall on which a body rests, one after the other.
+
+    While a body rests they neither grow nor shrink: of rounding they would outlive all that is stable.
+    """
+    walls, width = len(motion.modes) - len(motion.flags), 1 + options.n_q + options.n
+    for j in range(walls):
+        if motion.modes[len(motion.flags) + j] > RELEASED:
+            derivatives.reset_slopes(walls + j, motion.s, motion.p, tangents.D)
+            for i in range(len(tangents.alive)):
+                if tangents.alive[i]:
+                    _project(tangents, tangents.d[i * width : (i + 1) * width], options.n_q, options.n)
+
+
+@inner
+def _project_jointly(derivatives, motion, options, tangents):
+    """Remove the parts across all walls: the map of one after the other, squared until it stays as it is."""
+    walls, n_x = len(motion.modes) - len(motion.flags), options.n_q + options.n
+    columns, unit = len(tangents.gradient) - 1, tangents.unit
+    P, Q = tangents.room[: columns * n_x], tangents.room[columns * n_x : 2 * columns * n_x]
+    for c in range(columns):
+        for r in range(n_x):
+            P[c * n_x + r] = 1.0 if r == c else 0.0
+    for j in range(walls):
+        if motion.modes[len(motion.flags) + j] > RELEASED:
+            derivatives.reset_slopes(walls + j, motion.s, motion.p, tangents.D)
+            for c in range(columns):
+                unit[0] = max(1 + c - n_x, 0)
+                for r in range(n_x):
+                    unit[1 + r] = P[c * n_x + r]
+                _project(tangents, unit, options.n_q, options.n)
+                for r in range(n_x):
+                    P[c * n_x + r] = unit[1 + r]
+    for _ in range(SQUARINGS):
+        changed = 0.0
+        for c in range(columns):
+            for r in range(n_x):
+                Q[c * n_x + r] = _mapped(P, P[c * n_x : (c + 1) * n_x], max(1 + c - n_x, 0), r, n_x)
+        for i in range(columns * n_x):
+            if i < n_x * n_x:
+                scale = tangents.weight[i % n_x] / tangents.weight[i // n_x]
+                changed = max(changed, abs(Q[i] - P[i]) * scale)
+            P[i] = Q[i]
+        if changed <= SETTLED:
+            break
     for i in range(len(tangents.alive)):
         if tangents.alive[i]:
-            _project(tangents, tangents.d[i * width : (i + 1) * width], options.n_q, options.n)
+            d = tangents.d[i * (1 + n_x) : (i + 1) * (1 + n_x)]
+            for r in range(n_x):
+                unit[1 + r] = _mapped(P, d[1:], int(d[0]), r, n_x)
+            for r in range(n_x):
+                d[1 + r] = unit[1 + r]
+
+
+@inner
+def _mapped(P, x, direction, r, n_x):
+    """Component r of P x, and of the column of a direction, if above 0."""
+    total = P[(n_x + direction - 1) * n_x + r] if direction > 0 else 0.0
+    for i in range(n_x):
+        total += P[i * n_x + r] * x[i]
+    return total
 
 
 @inner

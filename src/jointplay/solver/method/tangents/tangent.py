@@ -76,7 +76,7 @@ class Tangents(NamedTuple):
     gradient: np.ndarray  # of the guard: time, state, directions
     D: np.ndarray  # of the reset: rows of new speeds, by time and state; columns of directions; drive's work
     S: np.ndarray  # a saltation matrix, and room for a vector
-    room: np.ndarray  # of the derivative of several impulses (impact_map)
+    room: np.ndarray  # of the derivative of several impulses, or of a map across several walls (saltation)
     unit: np.ndarray
     count: np.ndarray
     real: np.ndarray
@@ -126,7 +126,7 @@ def tangents(
         gradient=np.zeros(1 + n_x + n_p),
         D=np.zeros(turned),
         S=np.zeros(n_x * n_x + n_x),
-        room=np.zeros(turned + n_s + (1 + SIZE) * (2 + n_x + n_p + n)),
+        room=np.zeros(max(turned + n_s + (1 + SIZE) * (2 + n_x + n_p + n), 2 * n_x * (n_x + n_p))),
         unit=np.zeros(1 + n_x),
         count=np.zeros(8, dtype=np.int64),
         real=np.zeros(12),

@@ -242,6 +242,51 @@ def bring(functions, j, work, motion):
 
 
 @inner
+def bring_back(functions, work, motion, options):
+    """Take away the gaps, then the rates, of all walls on which bodies rest; False if these are redundant.
+
+    By the solution of all at once: of two corners of a light slider, taken in turn, next to nothing would go
+    at a time. `Work.impact` stays as it is.
+    """
+    q, half = work.impact, len(work.impact) // 2
+    for i in range(half):
+        q[half + i] = q[i]
+    members = gather(functions, -1, work, motion, -1.0)
+    prepare(functions, work, motion, members)
+    for i in range(members):
+        q[BEFORE + 2 * i] = work.contact[6 * (len(motion.flags) + int(q[WALL + i]))]
+    possible = _taken(functions, work, motion, options, members, 1)
+    if possible:
+        contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+        prepare(functions, work, motion, members)
+        possible = _taken(functions, work, motion, options, members, 1 + options.n_q)
+    for i in range(half):
+        q[i] = q[half + i]
+    return possible
+
+
+@inner
+def _taken(functions, work, motion, options, members, at):
+    """Change the positions, or speeds, from place `at` of the state on, as impulses that leave no rate do."""
+    q, s, change, first = work.impact, motion.s, work.predicted, 1 + options.n_q
+    for i in range(members):
+        q[CHOICE + i] = PUSHES
+    if not choose(q, members, 0.0) < IMPOSSIBLE:
+        return False
+    for r in range(options.n):
+        change[r] = 0.0
+    for i in range(members):
+        push(functions, work, motion, 2 * i)
+        for r in range(options.n):
+            change[r] += q[PUSH + 2 * i] * (s[first + r] - q[STATE + first + r])
+            s[first + r] = q[STATE + first + r]
+    for r in range(min(options.n, options.n_q) if at == 1 else options.n):
+        s[at + r] += change[r]
+    functions.trig(s, motion.p)
+    return True
+
+
+@inner
 def _apply(functions, j, work, motion, options, members):
     """Note the impacts besides that on wall j; let the impulses act, which are work of joints and drive.
 

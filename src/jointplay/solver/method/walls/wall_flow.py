@@ -20,7 +20,7 @@ def at_wall(functions, guard, at, work, motion, options):
         begin(functions, work, motion, options)
         return
     if guard == STEP:
-        stay(functions, motion)
+        stay(functions, work, motion, options)
         return
     if guard == SEEK_GROWTH:
         find_excited(functions, work, motion, options)

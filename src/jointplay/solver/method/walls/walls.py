@@ -40,7 +40,7 @@ from ..modes import (
     touch,
     variant_of,
 )
-from .impacts import bring, laid, lay, plastic, rough, together
+from .impacts import bring, bring_back, laid, lay, plastic, rough, together
 
 START, STEP, SEEK_GROWTH = -1, -2, -3  # in the place of a guard; the last of excited.at_wall
 ROUNDS = 3  # of the iteration for T, each of which gains an order in v
@@ -256,19 +256,22 @@ def hold(functions, j, work, motion, options):
     pressed = work.contact[6 * at + 5] < 0.0
     motion.modes[at] = RESTING
     if resting(motion) > 1:
-        stay(functions, motion)
+        stay(functions, work, motion, options)
     if rough(motion, j):
         grip(functions, j, work, motion, options)
         motion.count[JAMMED] += pressed and not work.contact[6 * at + 4] < 0.0
 
 
 @inner
-def stay(functions, motion):
+def stay(functions, work, motion, options):
     """After a step, remove the drift of a body off the walls on which it rests.
 
-    Of several it is taken away in turn, until what one gives to the others is small.
+    Of several that hold it redundantly it is taken away in turn, until what one gives to the others is small.
     """
-    for _ in range(1 if resting(motion) < 2 else SWEEPS):
+    several = resting(motion) > 1
+    if several and bring_back(functions, work, motion, options):
+        return
+    for _ in range(SWEEPS if several else 1):
         for j in range(walls_of(motion)):
             if motion.modes[len(motion.flags) + j] > RELEASED:
                 functions.trig(motion.s, motion.p)
