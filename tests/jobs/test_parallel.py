@@ -1,6 +1,7 @@
 """Calls side by side: asked for as workers get free, ended by an error, by a death, with their parent."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -8,6 +9,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from joblib.externals.loky import get_reusable_executor
 
 from jointplay.analysis.cells import handed_out
 from jointplay.jobs import parallel
@@ -51,6 +53,15 @@ def test_calls_are_asked_for_as_workers_get_free(backend, jobs, ahead):
 
     side_by_side(calls(), found.append, jobs, backend)
     assert sorted(found) == [i * i for i in range(20)]
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals of another kind")
+def test_ctrl_c_reaches_no_worker_not_even_one_that_starts():
+    found = []
+    get_reusable_executor().shutdown(kill_workers=True)
+    side_by_side([partial(signal.pthread_sigmask, signal.SIG_BLOCK, [])], found.append, 1)
+    assert signal.SIGINT in found[0]
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 
 
 @pytest.mark.parametrize("backend", ["here", "threading", "loky"])

@@ -25,6 +25,7 @@ from jointplay.solver.mechanism.records import (
     Mechanism,
     Pin,
     Plane,
+    PrescribedTorque,
     Servo,
     Spring,
     System,
@@ -219,6 +220,33 @@ def test_a_slider_crank_and_a_motor_that_cannot_turn_are_told():
     assert "does not close" in found(stuck)["mechanism.links"]  # it may rock
 
 
+@pytest.mark.parametrize("drive", ["torque", "servo"])
+def test_a_crank_that_a_torque_or_a_servo_drives_round_and_that_cannot_turn_is_doubted(drive):
+    """A servo whose mean speed is 0 swings where it is meant to."""
+    torque = PrescribedTorque(link="crank", constant=1.0, nominal_speed=10.0)
+    round_, swinging = (
+        Servo(link="crank", stiffness=10.0, damping=1.0, speed=speed, nominal_speed=10.0) for speed in (10, 0)
+    )
+    driven = four_bar(0.05, 0.04, 0.11, 0.17, 1e-4, torque if drive == "torque" else round_)
+    assert "the loop does not close at angles of crank from 1.2" in found(driven)["mechanism.links"]
+    assert found(four_bar(0.05, 0.04, 0.11, 0.17, 1e-4, swinging)) == {}
+
+
+def test_grams_taken_as_kilograms_are_doubted_of_a_long_link_too():
+    links = [link.model_copy(update={"mass": 1743.0, "inertia": 60.0}) for link in USUAL.links]
+    heavy = USUAL.model_copy(update={"links": tuple(links)})
+    said = found(heavy)["mechanism.links[1].mass"]
+    assert said.endswith(
+        "as long, wide and high as the longest link, 0.181 m; did you mean 1743 g? Then write "
+        "'1743 g' or 1.743"
+    )
+
+
+def test_millimetres_are_asked_for_where_the_inertia_is_in_metres():
+    told = refusal(Link, name="rocker", length=117.5, mass=0.3, centre=58.75, inertia=1.34e-3)
+    assert told["link.inertia"].endswith("; did you mean 117.5 mm = 0.1175 m?")
+
+
 def test_millimetres_taken_as_metres_are_refused_or_doubted():
     said = refusal(four_bar, 120.0, 40.0, 80.0, 120.0)
     assert said["mechanism.links[1].length"].endswith("did you mean 120 mm = 0.12 m?")
@@ -373,3 +401,14 @@ def test_nothing_is_doubted_in_a_shipped_system_or_an_example(name, table):
 @pytest.mark.parametrize("name", [*catalog.NAMES])
 def test_nothing_is_doubted_in_the_catalog(name):
     assert found(catalog.NAMES[name](**catalog.NAMES[name].trial)) == {}
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"static_coefficient": 0.0}, {"bristle_stiffness": "1e5 N/m"}, {"stribeck_velocity": -1.0}]
+)
+def test_a_number_that_its_law_refuses_is_told_once(wrong):
+    right = {"static_coefficient": 0.15, "bristle_stiffness": 1e5, "stribeck_velocity": 0.1}
+    friction = {"law": "lugre", "coefficient": 0.1} | right | wrong
+    with pytest.raises(InputError) as caught:
+        Joint(name="O", journal=Pin(link="crank"), bearing=Pin(link="rod"), friction=friction)
+    assert [problem.given for problem in caught.value.problems] == [*wrong.values()]

@@ -107,7 +107,7 @@ def test_endless_nesting_and_numbers_out_of_all_size_are_refused_with_their_plac
     tiny = toml_text.parse("[t]\nn = [0.0, -1e-320, inf, nan]")
     assert toml_text.implausible(deep)[0].key.startswith("a.a.a")
     (problem,) = toml_text.implausible(huge)
-    expected = "0, or a number between 1e-50 and 1e50 in size, is accepted"
+    expected = "a number between 1e-50 and 1e50 in size is accepted"
     assert (problem.key, problem.expected) == ("t.n", expected)
     assert [problem.key for problem in toml_text.implausible(tiny)] == ["t.n[1]"]
     assert toml_text.implausible({"t": {"n": [1, 2.0, "x", True, 0, -1e-50]}}) == []

@@ -50,6 +50,19 @@ def held() -> Iterator[Callable[[], bool]]:
 
 
 @contextmanager
+def kept() -> Iterator[None]:
+    """Keep Ctrl-C from processes that start inside: this one ends them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
 def guarded(leave: Callable[[], None]) -> Iterator[None]:
     """Call `leave`, which ends the process, where Ctrl-C comes while compiled code runs and it goes on.
 

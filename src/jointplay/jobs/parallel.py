@@ -15,6 +15,8 @@ from functools import partial
 from itertools import islice
 from typing import Any
 
+from jointplay.jobs import interrupts
+
 AHEAD = 2  # calls sent for each process, so that none waits for its next
 LOOK = 0.25  # s between looks
 IDLE = 300  # s after which a process without calls ends
@@ -80,10 +82,16 @@ def _workers(workers: int, backend: str) -> Iterator[tuple[Callable[..., Future]
     with safe_path():
         executor = get_reusable_executor(max_workers=workers, timeout=IDLE, env=ONE_THREAD)
         try:
-            yield partial(executor.submit, _in_process, os.getpid()), AHEAD * workers
+            yield partial(_submitted, executor), AHEAD * workers
         except BaseException:
             executor.shutdown(kill_workers=True)
             raise
+
+
+def _submitted(executor: Any, call: Callable[[], Any]) -> Future:
+    """Send a call to an executor, which may start workers to do it."""
+    with interrupts.kept():
+        return executor.submit(_in_process, os.getpid(), call)
 
 
 def _in_thread(call: Callable[[], Any]) -> Future:

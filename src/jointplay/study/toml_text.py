@@ -137,7 +137,7 @@ def _out_of_size(path: str, node: Any) -> Iterator[Problem]:
         return
     if isinstance(node, int) or math.isfinite(node):
         shown = node if isinstance(node, float) else hex(node)[:20] + "..."
-        expected = f"0, or a number between {typed(SMALLEST)} and {typed(1 / SMALLEST)} in size, is accepted"
+        expected = f"a number between {typed(SMALLEST)} and {typed(1 / SMALLEST)} in size is accepted"
         yield Problem(path, shown, expected)
 
 

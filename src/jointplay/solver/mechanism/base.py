@@ -134,6 +134,7 @@ Number = Annotated[float, _STRICT]
 Positive = Annotated[float, _STRICT, Field(gt=0)]
 NonNegative = Annotated[float, _STRICT, Field(ge=0)]
 Fraction = Annotated[float, _STRICT, Field(gt=0, le=1)]
+LONG = 10.0  # m: few linkages have longer links
 LONGEST = 1e9  # m; moments of inertia and stiffnesses, with its cube, remain numbers
 Length = Annotated[Positive, Field(le=LONGEST)]
 Place = Annotated[Number, Field(ge=-LONGEST, le=LONGEST)]  # along a link

@@ -85,7 +85,7 @@ def _converted(given: str, units: str) -> float:
     value = float(Decimal(number.strip()) * factor / scale)
     if value and not SMALLEST <= abs(value) <= 1 / SMALLEST:
         size = f"between {typed(SMALLEST)} and {typed(1 / SMALLEST)} {units} in size"
-        raise refuse(given, f"0, or a number {size}, is accepted")
+        raise refuse(given, f"a number {size} is accepted")
     return value
 
 

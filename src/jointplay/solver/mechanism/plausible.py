@@ -17,7 +17,7 @@ from jointplay.display.accepted import bounds_of, units_of
 from jointplay.display.errors import Problem, join
 from jointplay.display.number_text import typed
 from jointplay.solver.equations.own.grammar import number, parse
-from jointplay.solver.mechanism.base import Record, in_degrees, in_millimetres
+from jointplay.solver.mechanism.base import LONG, Record, in_degrees, in_millimetres
 from jointplay.solver.mechanism.measures import SMALLEST
 
 RPM = math.tau / 60  # rad/s
@@ -27,9 +27,9 @@ FAST = 1000.0  # rad/s, 9549 rpm: few cranks turn faster
 BRISK, ROUND = 250.0, 10.0  # rad/s: from here on whole tens are seldom meant but as rpm
 HURRY = 5.0  # times the drive's own speed: below the 9.55 that rpm are of rad/s
 SUNK = 1.0  # clearances: a journal seldom starts deeper in its bearing
-LONG = 10.0  # m: few linkages have longer links
 AIR, SLENDER = 1.2, 20  # kg/m³; lengths over thickness of the thinnest rod that is seldom doubted
-LEAD, BULK = 11340.0, 3  # kg/m³; lengths of a link in the edge of the largest block that it may be
+LEAD, BULK = 11340.0, 3  # kg/m³; lengths of a link in the edge of the largest block that it may be, if it is
+# no longer than the longest link
 ASIDE, APART = 2.5, 100.0  # lengths from a link's middle to its mass centre: seldom more; never
 ROUNDABOUT = 5.0  # lengths: a radius of gyration is seldom more, and never APART
 UNLIKE, OFF = 0.3, 0.1  # of what a shape gives; of the length: a weighed link is seldom as far from its shape
@@ -65,7 +65,7 @@ def _sizes(mechanism: Any) -> Iterator[Problem]:
         if not least <= abs(value) <= 1 / SMALLEST:
             unit = "" if units in (None, "1") else f" {units}"
             size = f"between {typed(SMALLEST)} and {typed(1 / SMALLEST)}{unit} in size"
-            yield Problem(key, value, f"0, or a number {size}, is accepted")
+            yield Problem(key, value, f"a number {size} is accepted")
 
 
 def too_wide(clearance: float, links: Sequence[Any]) -> str:
@@ -150,14 +150,14 @@ def _links(mechanism: Any) -> Iterator[tuple[bool, Problem]]:
     }
     for i, link in enumerate(mechanism.links):
         size = longest if link.name in sliding else link.length  # what slides has a length in name only
-        yield from _mass(f"links[{i}]", link, size)
+        yield from _mass(f"links[{i}]", link, size, math.inf if link.name in sliding else longest)
         yield from _centre(f"links[{i}].centre", link, size)
         yield from _inertia(f"links[{i}]", link, size)
 
 
-def _mass(key: str, link: Any, size: float) -> Iterator[tuple[bool, Problem]]:
+def _mass(key: str, link: Any, size: float, longest: float) -> Iterator[tuple[bool, Problem]]:
     light = AIR * math.pi / 4 * link.length**3 / SLENDER**2
-    heavy = LEAD * (BULK * size) ** 3
+    heavy = LEAD * min(BULK * size, longest) ** 3
     if link.mass < light:
         text = f"that is lighter than the air in a rod {link.length:g} m long and a {SLENDER}th as thick"
         long = link.length > LONG
@@ -169,7 +169,9 @@ def _mass(key: str, link: Any, size: float) -> Iterator[tuple[bool, Problem]]:
             ),
         )
     if link.mass > heavy:
-        text = f"that is heavier than a block of lead {BULK} times as long, wide and high as {link.name}"
+        edge = f"{BULK} times as long, wide and high as {link.name}"
+        edge = edge if BULK * size < longest else f"as long, wide and high as the longest link, {longest:g} m"
+        text = f"that is heavier than a block of lead {edge}"
         yield (
             link.mass > STARRY * heavy,
             Problem(f"{key}.mass", link.mass, text + _meant(link.mass, _MASSES, light, heavy)),

@@ -421,8 +421,10 @@ def cannot_turn(mechanism: Mechanism, angle: float, travel: float) -> Iterator[P
 
 
 def doubts(mechanism: Mechanism) -> Iterator[Problem]:
-    """Yield the doubt whether a crank that a motor drives is meant to rock: it cannot turn round."""
-    if getattr(mechanism.drive, "kind", "") == "motor" and (arcs := _unclosed(mechanism)):
+    """Yield the doubt whether a crank that is driven round, at no imposed speed, is meant to rock."""
+    drive = mechanism.drive
+    round_ = drive and (drive.kind in ("motor", "torque") or (drive.kind == "servo" and drive.speed != 0.0))
+    if round_ and (arcs := _unclosed(mechanism)):
         yield _stuck(mechanism, arcs)
 
 

@@ -36,6 +36,7 @@ from jointplay.display.errors import NOTHING, InputError, Problem, refuse
 from jointplay.display.number_text import measure, plain
 from jointplay.solver.mechanism.base import (
     GROUND,
+    LONG,
     Few,
     Flag,
     Length,
@@ -45,6 +46,7 @@ from jointplay.solver.mechanism.base import (
     Place,
     Positive,
     Record,
+    in_millimetres,
     measured,
     named,
 )
@@ -467,6 +469,7 @@ class Link(Record):
         if inertia <= least:
             limit = f"greater than mass × centre² = {least:.6g} kg m²"
             about = "one about the mass centre is given as inertia_centre"
+            about += in_millimetres(info.data["length"]) if info.data["length"] > LONG else ""
             raise refuse(inertia, f"a moment of inertia about the link's origin {limit} is accepted; {about}")
         return inertia
 

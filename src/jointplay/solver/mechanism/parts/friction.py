@@ -110,7 +110,9 @@ def made_of(record: type[R], handler: Callable[[Any], R], data: Any, problems: l
     try:
         made = handler(data)
     except ValidationError as error:
-        problems = [*from_pydantic(error, record).problems, *problems]
+        keys = {problem.key for problem in problems}  # what the law refuses is missing from the data
+        own = from_pydantic(error, record).problems
+        problems = [*(problem for problem in own if problem.key not in keys), *problems]
     if problems:
         raise InputError(problems)
     return made
