@@ -9,6 +9,7 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from tests.analysis.exact_maps import TAU, Symmetric
+from tests.support.driven_scenes import own
 from tests.support.tangent_map import tangent_map
 
 CHAOS = {  # system, keywords, exponents and their errors; published ones are rounded
@@ -140,3 +141,17 @@ def test_a_pulling_wall_hides_a_missing_jump_but_a_pushing_one_does_not():
     )
     difference = abs(float((right.lyapunov_exponent - wrong.lyapunov_exponent)[0]))
     assert difference > 10 * float(right.lyapunov_standard_error[0])
+
+
+def test_along_a_switch_the_exponent_is_that_of_what_moves_there():
+    """x reaches 0 and slides there for good; y, which it drives no more, shrinks as exp(-c t)."""
+    system = own(
+        states={"x": 0.3, "y": 0.2},
+        parameters={"w": 1.0, "c": 2.5},
+        rates={"x": "1.5 - 3*above + 0.3*sin(w*t)", "y": "-c*y + cos(w*t) + 0.1*above"},
+        switches=[{"name": "above", "on": "x", "slides": True}],
+        forcing="2*pi/w",
+    )
+    found = jp.lyapunov(system, exponents=2, transient=10, turns=60)
+    assert found.lyapunov_exponent.values[0] == pytest.approx(-2.5, rel=1e-6)
+    assert math.isinf(found.lyapunov_exponent.values[1])

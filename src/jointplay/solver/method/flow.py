@@ -67,7 +67,7 @@ from .modes import FREE, IN_FLIGHT, REMEMBERS, follow, mask, start, variant_of
 from .polynomial import interpolate
 from .record import closest_approaches, count_event, gains, is_coarse, note, note_coarse, sample, sections
 from .step import attempt, estimate, keep
-from .tangents.saltation import before_event, begin_tangents, jump, stay_at_rest
+from .tangents.saltation import before_event, begin_tangents, jump, stay, stuck
 from .tangents.tangent import NEUTRAL, ROWS, log_block, propagate, renew
 from .walls.walls import SEEK_GROWTH, START, STEP, resting, walls_of
 
@@ -212,9 +212,8 @@ def _take(functions, variant, work, motion, options, derivatives, tangents, h, e
     if root > 0.0:
         _advance(functions, variant, work, motion, options, guard, length, root, coarse)
         if tangents is not None:
-            if resting(motion) > 0:
-                functions.trig(motion.s, motion.p)
-                stay_at_rest(derivatives, motion, options, tangents)
+            if stuck(motion.modes) + resting(motion) > 0:
+                stay(functions, derivatives, motion, options, tangents)
             renew(functions, variant, motion, options, tangents, length * root)
     if guard < 0:
         if resting(motion) > 0:

@@ -197,12 +197,27 @@ def through(tangents, n_q, n_x, reset, lossy):
 @inner
 def begin_tangents(functions, derivatives, motion, options, tangents):
     """Remove from the tangents the parts that neighbours of a sticking or resting start lose at once."""
-    held = 0.0
+    _stay_at_stick(functions, derivatives, motion, options, tangents)
+    held = 1.0 if stuck(motion.modes[: len(motion.flags)]) > 0 else 0.0
+    project_at_rest(functions, derivatives, motion, options, tangents, held)
+
+
+@inner
+def stay(functions, derivatives, motion, options, tangents):
+    """After a step, remove the parts across the walls on which bodies rest, and across what sticks.
+
+    They neither grow nor shrink there: of rounding they would outlive all that is stable.
+    """
+    functions.trig(motion.s, motion.p)
+    _stay_at_stick(functions, derivatives, motion, options, tangents)
+    _stay_at_rest(derivatives, motion, options, tangents)
+
+
+@inner
+def _stay_at_stick(functions, derivatives, motion, options, tangents):
     for j in range(len(motion.flags)):
         if motion.modes[j] == STICK:
-            held = 1.0
             _project_at_stick(functions, derivatives, motion, options, tangents, j)
-    project_at_rest(functions, derivatives, motion, options, tangents, held)
 
 
 @inner
@@ -237,7 +252,7 @@ def project_at_rest(functions, derivatives, motion, options, tangents, held):
     if resting(motion) > 1:
         _project_jointly(derivatives, motion, options, tangents)
     else:
-        stay_at_rest(derivatives, motion, options, tangents)
+        _stay_at_rest(derivatives, motion, options, tangents)
     if held > 0.0:
         tangents.count[JUMPS] += 1
         tangents.real[VOLUME] = -np.inf
@@ -249,11 +264,8 @@ def project_at_rest(functions, derivatives, motion, options, tangents, held):
 
 
 @inner
-def stay_at_rest(derivatives, motion, options, tangents):
-    """Remove the parts across each wall on which a body rests, one after the other.
-
-    While a body rests they neither grow nor shrink: of rounding they would outlive all that is stable.
-    """
+def _stay_at_rest(derivatives, motion, options, tangents):
+    """Remove the parts across each wall on which a body rests, one after the other."""
     walls, width = len(motion.modes) - len(motion.flags), 1 + options.n_q + options.n
     for j in range(walls):
         if motion.modes[len(motion.flags) + j] > RELEASED:
