@@ -75,6 +75,23 @@ def test_a_picture_that_the_sweep_cannot_have_is_refused_at_once(study, capsys, 
     assert key in words
 
 
+@pytest.mark.parametrize("number", [0, 9, 1.5, '"all"'])
+def test_a_motion_that_no_sweep_of_so_many_starts_can_have_is_refused_at_once(study, capsys, number):
+    region = "analysis={ region = { y = [-1, 1], v = [0, 1] }, starts = 8, steps = 2, turns = 16 }"
+    changes = ["kind=tipping", 'mechanism={ catalog = "duffing" }', "vary={ damping = [0.2, 0.25] }", region]
+    for given, code in ((number, 2), (8, 0), ('"largest"', 0)):
+        told = said(
+            capsys,
+            "check",
+            study,
+            "--set",
+            *changes,
+            f"figure={{ kind = 'sweep', at = {{ number = {given} }} }}",
+        )
+        assert told[0] == code, told
+        assert ("from 1 to 8, that of the starts, or 'largest' is accepted" in told[1]) == (code == 2)
+
+
 def test_of_branches_and_orbits_the_whole_sweep_is_accepted(study, capsys):
     orbits = ["kind=periodic_orbit", "analysis={ transient = 1 }", "figure.kind=sweep"]
     assert said(capsys, "check", study, "--set", *orbits)[0] == 0

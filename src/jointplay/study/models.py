@@ -492,6 +492,11 @@ def _sweep_problems(
     names = [*grid.dims, *(axis.name for axis in grid.axes if axis.name not in grid.dims)]
     if (along := options.get("along")) is not None and along not in names:
         yield unknown("figure.along", along, along, names, "varied parameter")
+    at, most = options.get("at"), asked.get("starts")
+    number = at.get("number") if isinstance(at, Mapping) and isinstance(most, int) else None
+    if number not in (None, "largest", *range(1, 1 + (most or 0))):
+        expected = f"the number of a motion, from 1 to {most}, that of the starts, or 'largest' is accepted"
+        yield Problem("figure.at.number", number, expected)
 
 
 def _unknown_parts(mechanism: Mechanism | TestSystem, options: Mapping[str, Any]) -> Iterator[Problem]:
