@@ -13,6 +13,7 @@ import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
 from jointplay.solver.mechanism.parts.courses import Harmonic
 from jointplay.solver.mechanism.records import ConstantSpeed, SpeedCycle, SpeedProfile
+from tests.support.driven_scenes import pinned
 from tests.support.multibody_records import from_mechanism
 
 LENGTHS = {"crank": 0.04, "coupler": 0.12, "rocker": 0.08}
@@ -191,6 +192,13 @@ def test_corners_of_a_guide_that_land_together_leave_the_speed_as_it_is(friction
     found = jp.simulate(mechanism, duration=0.2, record=["angular_velocity", *BALANCE])
     assert (np.diff(found.event_time) == 0).sum() > 10
     holds(found, FAST)
+
+
+def test_two_bearings_in_which_journals_rest_at_once_hold_them():
+    found = jp.simulate(pinned(0.5, 0.0, 30.0, {"B": 1e-4, "C": 2e-4}), duration=0.02, record=BALANCE)
+    assert [EVENTS[kind] for kind in found.event_kind.values].count("rest") == 3
+    assert found.sizes["event"] < 60
+    assert np.abs(found.energy_residual).max() < 1e-10 * np.abs(found.energy).max()
 
 
 @pytest.mark.long

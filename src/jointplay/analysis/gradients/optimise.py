@@ -84,7 +84,7 @@ STAGES, TRIES = 4, 4  # steps to the whole clearance where none fails; steps tha
 PARTLY = 1e-3  # tolerance with part of the play
 IDEAL = "reaction:"
 TIGHT, SHOWN = 1e-10, 20  # tolerance of the runs; turns of them
-DRAWN, SAMPLES = 2, 720  # turns that are drawn; samples of each
+DRAWN, SAMPLES = 2, 2048  # turns that are drawn; samples of each
 EXTREMES = ("largest", "smallest")
 COURSE = {"name": "long_name", "units": "units"}
 FORCE = "normal_force:"
@@ -538,7 +538,10 @@ def _course(
     settings: Mapping[str, Any],
     run: Mapping[str, Any],
 ) -> xr.Dataset | None:
-    """The first recorded quantity of the named ones, over the turns."""
+    """The first recorded quantity of the named ones, over the turns; of a motion that has settled, over few.
+
+    They are those with its largest value in as many turns as extreme values are of.
+    """
     keys = [name.partition(":")[2] for name in names]
     linkage = isinstance(mechanism, Mechanism)
     known = [key for key in keys if key.partition(":")[0] in (WORDS if linkage else ("state",))]
@@ -547,11 +550,17 @@ def _course(
         return None
     word, _, label = known[0].partition(":")
     word = word if linkage else "state_value"
-    turns = {"turns": max(settings["turns"], DRAWN), "transient": settings["transient"]}
-    turns = turns if settings["orbit"] else {"turns": settings["turns"]}
+    turns = (
+        {"turns": SHOWN, "transient": settings["transient"]}
+        if settings["orbit"]
+        else {"turns": settings["turns"]}
+    )
     found = simulate(mechanism, **turns, samples_per_turn=SAMPLES, record=[word], **run)[word]
     dims = [dim for dim in found.dims if dim != "time"]
-    return found.sel({dims[0]: label}) if dims else found
+    found = found.sel({dims[0]: label}) if dims else found
+    shown = max(settings["turns"], DRAWN) * SAMPLES if settings["orbit"] else len(found)
+    begin = int(np.abs(found.values).argmax()) // SAMPLES * SAMPLES
+    return found[min(begin, len(found) - 1 - shown) :][: shown + 1] if shown < len(found) else found
 
 
 def descended(trials: Trials, aim: Aim, x: np.ndarray, tolerance: float, most: int) -> tuple[str, Trial]:

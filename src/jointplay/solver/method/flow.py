@@ -212,7 +212,7 @@ def _take(functions, variant, work, motion, options, derivatives, tangents, h, e
     if root > 0.0:
         _advance(functions, variant, work, motion, options, guard, length, root, coarse)
         if tangents is not None:
-            if stuck(motion.modes) + resting(motion) > 0:
+            if guard < 0 and stuck(motion.modes) + resting(motion) > 0:
                 stay(functions, derivatives, motion, options, tangents)
             renew(functions, variant, motion, options, tangents, length * root)
     if guard < 0:

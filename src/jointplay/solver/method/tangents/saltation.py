@@ -96,6 +96,7 @@ ENTERS, MAY_LEAVE = 2, 3
 DEGENERATE = 1e-13  # of a determinant's bound: what is less is rounding of 0
 
 SETTLED, SQUARINGS = 1e-8, 40  # change by the last squaring but one, relative to the scales; the most
+SURE = 1e-3  # of its terms: a slope that rounding does not spoil
 ALIKE = 1e-6  # of a jump: by how much it may differ from what it is taken for
 
 
@@ -197,45 +198,49 @@ def through(tangents, n_q, n_x, reset, lossy):
 @inner
 def begin_tangents(functions, derivatives, motion, options, tangents):
     """Remove from the tangents the parts that neighbours of a sticking or resting start lose at once."""
-    _stay_at_stick(functions, derivatives, motion, options, tangents)
+    _stay_at_stick(functions, derivatives, motion, options, tangents, 0.0)
     held = 1.0 if stuck(motion.modes[: len(motion.flags)]) > 0 else 0.0
     project_at_rest(functions, derivatives, motion, options, tangents, held)
 
 
 @inner
 def stay(functions, derivatives, motion, options, tangents):
-    """After a step, remove the parts across the walls on which bodies rest, and across what sticks.
+    """After a whole step, remove the parts across the walls on which bodies rest, and across what sticks.
 
     They neither grow nor shrink there: of rounding they would outlive all that is stable.
     """
     functions.trig(motion.s, motion.p)
-    _stay_at_stick(functions, derivatives, motion, options, tangents)
+    _stay_at_stick(functions, derivatives, motion, options, tangents, SURE)
     _stay_at_rest(derivatives, motion, options, tangents)
 
 
 @inner
-def _stay_at_stick(functions, derivatives, motion, options, tangents):
+def _stay_at_stick(functions, derivatives, motion, options, tangents, sure):
     for j in range(len(motion.flags)):
         if motion.modes[j] == STICK:
-            _project_at_stick(functions, derivatives, motion, options, tangents, j)
+            _project_at_stick(functions, derivatives, motion, options, tangents, j, sure)
 
 
 @inner
-def _project_at_stick(functions, derivatives, motion, options, tangents, j):
-    """Take the tangents through the onset of sticking of contact j, from either side."""
+def _project_at_stick(functions, derivatives, motion, options, tangents, j, sure):
+    """Take the tangents through the onset of sticking of contact j, from either side.
+
+    Not where the slip would begin by less than the share `sure` of its terms: near where sticking ends.
+    """
     n_x, motion.modes[j] = options.n_q + options.n, SLIP_POSITIVE
-    width, slope = 1 + n_x, 0.0
+    width = 1 + n_x
     rates(functions, variant_of(motion.modes), motion, options, tangents, tangents.before)
     _powers(motion, options, tangents, 0.0)
     derivatives.gradient(4 * j + SLIDE, motion.s, motion.p, motion.m, tangents.gradient)
+    slope, size = tangents.gradient[0], abs(tangents.gradient[0])
     for r in range(n_x):
         slope += tangents.gradient[1 + r] * tangents.before[r]
-    slope += tangents.gradient[0]
+        size += abs(tangents.gradient[1 + r] * tangents.before[r])
     motion.modes[j] = STICK
     rates(functions, variant_of(motion.modes), motion, options, tangents, tangents.after)
     _powers(motion, options, tangents, 1.0)
     for i in range(len(tangents.alive)):
-        if tangents.alive[i]:
+        if tangents.alive[i] and abs(slope) > sure * size:
             d = tangents.d[i * width : (i + 1) * width]
             saltation = float(tangents.count[SALTATION])
             _add_works(tangents, i, _through(tangents, d, options.n_q, n_x, slope, 0.0, saltation))

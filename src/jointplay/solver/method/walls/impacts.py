@@ -268,20 +268,20 @@ def bring_back(functions, work, motion, options):
 @inner
 def _taken(functions, work, motion, options, members, at):
     """Change the positions, or speeds, from place `at` of the state on, as impulses that leave no rate do."""
-    q, s, change, first = work.impact, motion.s, work.predicted, 1 + options.n_q
+    q, s, first = work.impact, motion.s, 1 + options.n_q
     for i in range(members):
         q[CHOICE + i] = PUSHES
     if not choose(q, members, 0.0) < IMPOSSIBLE:
         return False
-    for r in range(options.n):
-        change[r] = 0.0
     for i in range(members):
         push(functions, work, motion, 2 * i)
         for r in range(options.n):
-            change[r] += q[PUSH + 2 * i] * (s[first + r] - q[STATE + first + r])
+            change = q[PUSH + 2 * i] * (s[first + r] - q[STATE + first + r])
             s[first + r] = q[STATE + first + r]
-    for r in range(min(options.n, options.n_q) if at == 1 else options.n):
-        s[at + r] += change[r]
+            if at + r < first or at == first:
+                s[at + r] += change
+        for r in range(len(s)):
+            q[STATE + r] = s[r]
     functions.trig(s, motion.p)
     return True
 

@@ -269,6 +269,7 @@ def stay(functions, work, motion, options):
     Of several that hold it redundantly it is taken away in turn, until what one gives to the others is small.
     """
     several = resting(motion) > 1
+    functions.trig(motion.s, motion.p)
     if several and bring_back(functions, work, motion, options):
         return
     for _ in range(SWEEPS if several else 1):
