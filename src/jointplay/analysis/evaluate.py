@@ -214,7 +214,7 @@ def coordinates(model: Model) -> dict[str, Any]:
         "state": ("state", model.states),
     }
     return {
-        of: (of, np.array(names, dtype=str), {"long_name": text})
+        of: ((of,), np.array(names, dtype=str), {"long_name": text})
         for of, (text, names) in labels.items()
         if names
     }
