@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -82,10 +82,7 @@ class Quantities:
         keys = {
             name: [self.key(name, label) for label in self.labels(word.of)] for name, word in plain.items()
         }
-        wanted = [key for several in keys.values() for key in several]
-        apart = () if self.sharp is self.rows else self.module.ABRUPT
-        series = self._evaluated([key for key in wanted if key not in apart], self.rows)
-        series |= self._evaluated([key for key in wanted if key in apart], self.sharp)
+        series = self.series([key for several in keys.values() for key in several])
         none = np.zeros(len(self.rows))  # the moment at a revolute joint
         values = {name: np.stack([series.get(k, none) for k in ks], -1) for name, ks in keys.items() if ks}
         values = {name: each[:, 0] if WORDS[name].of is None else each for name, each in values.items()}
@@ -96,6 +93,12 @@ class Quantities:
             for name, word in words.items()
             if name in values
         }
+
+    def series(self, keys: Sequence[str]) -> dict[str, np.ndarray]:
+        """Values a row of those of these outputs that the structure's program has."""
+        apart = () if self.sharp is self.rows else self.module.ABRUPT
+        found = self._evaluated([key for key in keys if key not in apart], self.rows)
+        return found | self._evaluated([key for key in keys if key in apart], self.sharp)
 
     def _evaluated(self, keys: list[str], rows: np.ndarray) -> dict[str, np.ndarray]:
         """Outputs of the structure's program, one value a row."""
