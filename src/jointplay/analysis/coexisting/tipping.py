@@ -58,7 +58,7 @@ from jointplay.analysis.orbits.shooting import Orbit, Search, at_phase, multipli
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.states.basin_uncertainty import wilson
-from jointplay.analysis.states.ends import Observation, features, section_states
+from jointplay.analysis.states.ends import Observation, features, on_section, section_states
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.display.number_text import counted, measure, plain
@@ -501,7 +501,8 @@ class Boundary:
         ends = [self.section.image(state, False) for state in (self.inside, self.outside)]
         if any(end.status for end in ends):
             return False
-        self.inside, self.outside = (self._placed(end.state) for end in ends)
+        base, place = self.motions.base, self.section.place
+        self.inside, self.outside = (on_section(base, end.state, place) for end in ends)
         if self.width > APART:
             self.close()
         return True
@@ -518,15 +519,6 @@ class Boundary:
         name, way = state_names(self.section.model)[fastest], "up" if change[fastest] > 0 else "down"
         plane = Plane(quantity=name, value=float(state[fastest]), direction=way)
         return section_map(self.cut(name), plane, 1, self.section.rtol, self.section.max_steps)
-
-    def _placed(self, state: np.ndarray) -> np.ndarray:
-        """A state at the section, angles as in the motions."""
-        state = state.copy()
-        for i in np.flatnonzero(self.motions.base.fold):
-            state[i] = (state[i] + np.pi) % (2 * np.pi) - np.pi
-        if self.section.place is not None:
-            state[self.section.place] = self.motions.base.crank_angle
-        return state
 
 
 def edge_state(boundary: Boundary, turns: int) -> Orbit | None:
