@@ -150,3 +150,5 @@ def test_a_kind_is_four_files(copy):
     where += ("figures/test_pictures.py", "cli/test_new.py", "test_layout.py")
     chosen = "returns or everything or every_kind or examples or layout"
     copy.test(*(f"tests/{name}" for name in where), "-k", chosen)
+    where = ("analysis/test_declared.py", "study/test_sweep_kinds.py", "cli/test_new.py")
+    copy.test(*(f"tests/{name}" for name in where), "-k", "returns", "-m", "")
