@@ -33,7 +33,7 @@ from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 from jointplay.solver.motion.eligibility import ROUTES, batch, joined_route
-from jointplay.solver.motion.trajectory import Records, Request, follow
+from jointplay.solver.motion.trajectory import Records, Request
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -145,10 +145,7 @@ def _run(model: Model, plan: Plan, turns: int, watched: bool) -> Records:
     looked = {"events": watched, "misses": watched, "log_from": 0.0}
     looked["rates"] = watched and evaluate.needed(model, plan.record)
     limit = {"rtol": plan.rtol, "max_steps": rules.steps(plan.max_steps)}
-    records = follow(model, Request(**limit, **looked, **fields))
-    if whole and not records.status and len(records.sections) < (turns if watched else 1):
-        return replace(records, status=STATUS.index("not_converged"))  # the crank stopped turning
-    return records
+    return rules.to_the_section(model, Request(**limit, **looked, **fields))
 
 
 def _last(model: Model, plan: Plan, records: Records) -> np.ndarray:
