@@ -172,6 +172,27 @@ class Quantities:
         return sum(held, np.zeros(len(self.rows)))
 
 
+def of_states(
+    model: Model, keys: Sequence[str], states: np.ndarray, time: float = 0.0
+) -> dict[str, np.ndarray]:
+    """Outputs of a structure's program (codegen.outputs) at states and a time, arrays of shape (rows,)."""
+    module = cache.structure_module(model.structure)
+    given = dict(zip(module.STATE, [np.full(len(states), time), *np.asarray(states).T], strict=True))
+    found = outputs.evaluate(module, keys, given | dict(zip(module.PARAMETERS, model.numbers, strict=True)))
+    return {key: np.broadcast_to(found[key], len(states)) for key in keys}
+
+
+def mass_matrix(model: Model, state: np.ndarray, time: float = 0.0) -> np.ndarray:
+    """Mass matrix at a state, to rounding, from the kinetic energy, which is quadratic in the speeds."""
+    n = len(model.turning)
+    one, none = np.eye(n), np.zeros((1, n))
+    rows = np.tile(state, (n * n + n + 1, 1))
+    rows[:, n : 2 * n] = np.concatenate([(one[:, None] + one[None, :]).reshape(-1, n), one, none])
+    energy = of_states(model, ["kinetic_energy"], rows, time)["kinetic_energy"]
+    both, single, rest = energy[: n * n].reshape(n, n), energy[n * n : -1], energy[-1]
+    return both - single[:, None] - single[None, :] + rest
+
+
 def beyond_the_model(history: Quantities) -> dict[str, str]:
     """Warn of a motion whose journals went far into their bearings; the text as an attribute."""
     model = history.model
