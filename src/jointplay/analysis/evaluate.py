@@ -173,12 +173,16 @@ class Quantities:
 
 
 def of_states(
-    model: Model, keys: Sequence[str], states: np.ndarray, time: float = 0.0
+    model: Model, keys: Sequence[str], states: np.ndarray, time: float | np.ndarray = 0.0, **numbers: Any
 ) -> dict[str, np.ndarray]:
-    """Outputs of a structure's program (codegen.outputs) at states and a time, arrays of shape (rows,)."""
+    """Outputs of a structure's program (codegen.outputs) at states and times, arrays of shape (rows,).
+
+    `numbers` stand in place of the model's own.
+    """
     module = cache.structure_module(model.structure)
     given = dict(zip(module.STATE, [np.full(len(states), time), *np.asarray(states).T], strict=True))
-    found = outputs.evaluate(module, keys, given | dict(zip(module.PARAMETERS, model.numbers, strict=True)))
+    given |= dict(zip(module.PARAMETERS, model.numbers, strict=True)) | numbers
+    found = outputs.evaluate(module, keys, given)
     return {key: np.broadcast_to(found[key], len(states)) for key in keys}
 
 
