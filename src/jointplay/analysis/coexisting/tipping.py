@@ -57,8 +57,8 @@ from jointplay.analysis.orbits.section_map import AT_REST, SectionMap, section_m
 from jointplay.analysis.orbits.shooting import Orbit, Search, at_phase, multipliers, shortest, solved
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.starts import crank_place, state_names
-from jointplay.analysis.states.basin_uncertainty import wilson
-from jointplay.analysis.states.ends import Observation, features, on_section, section_states
+from jointplay.analysis.states.basin_uncertainty import fractions
+from jointplay.analysis.states.ends import Observation, features, on_section, padded, section_states
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.display.number_text import counted, measure, plain
@@ -323,18 +323,11 @@ class _Table:
         """Periods, points and fractions of the motions; fractions of the starts that reach them in time."""
         started = self.starts - self.seeded.get("no_start", 0)
         count = np.array([each["count"] for each in self.motions], dtype=int)
-        low, high = wilson(count, started)
-        longest = max((len(each["states"]) for each in self.motions), default=0)
-        states = np.full((len(self.motions), longest, len(self.base.state)), np.nan)
-        for row, each in zip(states, self.motions, strict=True):
-            row[: len(each["states"])] = each["states"]
+        states = padded([each["states"] for each in self.motions], len(self.base.state))
         counts = np.asarray(times.get("counts", np.zeros((len(self.motions), 0))))
-        return {
+        return fractions(count, started) | {
             "period": np.array([each["period"] for each in self.motions], int),
             "count": count,
-            "fraction": count / started if started else np.full(len(count), np.nan),
-            "fraction_low": low,
-            "fraction_high": high,
             "fraction_reached": counts / started if started else np.full(counts.shape, np.nan),
             "section_state": states,
             "within": np.asarray(times.get("within", np.zeros(0)), dtype=int),

@@ -22,6 +22,7 @@ the order of the starts nor on the division of the work.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -176,6 +177,14 @@ def on_section(base: Model, states: np.ndarray, crank: int | None) -> np.ndarray
     if crank is not None:
         states[..., crank] = base.crank_angle
     return states
+
+
+def padded(motions: Sequence[np.ndarray], coordinates: int) -> np.ndarray:
+    """Section points of motions, shape (motions, points, coordinates); NaN past the last of each."""
+    whole = np.full((len(motions), max(map(len, motions), default=0), coordinates), np.nan)
+    for row, points in zip(whole, motions, strict=True):
+        row[: len(points)] = points
+    return whole
 
 
 def features(model: Model, states: np.ndarray) -> np.ndarray:
