@@ -90,6 +90,8 @@ def test_a_law_is_one_file_and_its_trial_reference_and_rows_of_tables_follow(cop
     tests = ("test_laws.py", "test_normal_laws.py", "test_friction_laws.py")
     chosen = "quadratic or pages or says or letter"
     copy.test(*(f"tests/equations/{name}" for name in tests), "tests/cli/test_cite.py", "-k", chosen)
+    beside = "quadratic and rigid and response and single or in_a_scene"  # bodies of their own
+    copy.test("tests/reference/test_pairs.py", "-k", beside, "-m", "")
 
 
 @pytest.mark.nightly
@@ -150,3 +152,5 @@ def test_a_kind_is_four_files(copy):
     where += ("figures/test_pictures.py", "cli/test_new.py", "test_layout.py")
     chosen = "returns or everything or every_kind or examples or layout"
     copy.test(*(f"tests/{name}" for name in where), "-k", chosen)
+    where = ("analysis/test_declared.py", "study/test_sweep_kinds.py", "cli/test_new.py")
+    copy.test(*(f"tests/{name}" for name in where), "-k", "returns", "-m", "")

@@ -6,11 +6,14 @@ a repeated place is a run of six code lines, imports apart, that stands word for
 
 import ast
 import io
+import re
 import tokenize
 from collections import Counter, defaultdict
 from functools import cache
 from itertools import combinations
 from pathlib import Path
+
+import numpy as np
 
 from tests.test_docstrings import FILES
 from tests.test_layout import MODULES, imported, statements
@@ -24,6 +27,7 @@ NO_CODE = (
     tokenize.ENDMARKER,
 )
 RUN = 6  # lines that are repeated
+NEAR = 250  # lines that a page's numbers may be off
 BOUNDS = {
     "code lines of the suite": 42_777,
     "code lines of its analyses": 14_891,
@@ -87,6 +91,7 @@ def readers():
     return found
 
 
+@cache
 def measured():
     texts = {name: path.read_text(encoding="utf-8") for name, path in FILES.items()}
     code = {name: len(lines_of_code(text)) for name, text in texts.items()}
@@ -117,6 +122,15 @@ def test_there_is_no_more_to_read_than_was_agreed():
     for name, found in measures.items():
         print(f"{name}: {found} (at most {BOUNDS[name]})")
     assert beyond == {}
+
+
+def test_the_page_for_developers_says_how_much_it_is():
+    page = (Path(__file__).parents[1] / "docs" / "developers.md").read_text(encoding="utf-8")
+    (told,) = re.findall(r": (\d+ \d+) lines.*?, (\d+ \d+) of them.*?and (\d+ \d+) in all", page, re.S)
+    found = [
+        measured()[f"code lines of {what}"] for what in ("the suite", "its analyses", "all three packages")
+    ]
+    assert np.abs(np.subtract([int(each.replace(" ", "")) for each in told], found)).max() <= NEAR
 
 
 def test_what_is_counted_is_code():

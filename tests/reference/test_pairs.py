@@ -68,7 +68,7 @@ def test_every_pair_that_goes_together_is_in_a_scene():
     assert seen == fit
     assert len(fit) > 1700
     assert len(DESIGN) < 220
-    assert 0.1 * len(DESIGN) <= sum(map(quick, DESIGN)) <= 0.15 * len(DESIGN)
+    assert 0.1 * len(DESIGN) <= sum(map(quick, DESIGN)) <= 0.25 * len(DESIGN)
 
 
 def test_every_level_is_in_some_pair_and_every_refusal_has_a_reason():

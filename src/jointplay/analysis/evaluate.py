@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -82,10 +82,7 @@ class Quantities:
         keys = {
             name: [self.key(name, label) for label in self.labels(word.of)] for name, word in plain.items()
         }
-        wanted = [key for several in keys.values() for key in several]
-        apart = () if self.sharp is self.rows else self.module.ABRUPT
-        series = self._evaluated([key for key in wanted if key not in apart], self.rows)
-        series |= self._evaluated([key for key in wanted if key in apart], self.sharp)
+        series = self.series([key for several in keys.values() for key in several])
         none = np.zeros(len(self.rows))  # the moment at a revolute joint
         values = {name: np.stack([series.get(k, none) for k in ks], -1) for name, ks in keys.items() if ks}
         values = {name: each[:, 0] if WORDS[name].of is None else each for name, each in values.items()}
@@ -96,6 +93,12 @@ class Quantities:
             for name, word in words.items()
             if name in values
         }
+
+    def series(self, keys: Sequence[str]) -> dict[str, np.ndarray]:
+        """Values a row of those of these outputs that the structure's program has."""
+        apart = () if self.sharp is self.rows else self.module.ABRUPT
+        found = self._evaluated([key for key in keys if key not in apart], self.rows)
+        return found | self._evaluated([key for key in keys if key in apart], self.sharp)
 
     def _evaluated(self, keys: list[str], rows: np.ndarray) -> dict[str, np.ndarray]:
         """Outputs of the structure's program, one value a row."""
@@ -169,6 +172,31 @@ class Quantities:
         return sum(held, np.zeros(len(self.rows)))
 
 
+def of_states(
+    model: Model, keys: Sequence[str], states: np.ndarray, time: float | np.ndarray = 0.0, **numbers: Any
+) -> dict[str, np.ndarray]:
+    """Outputs of a structure's program (codegen.outputs) at states and times, arrays of shape (rows,).
+
+    `numbers` stand in place of the model's own.
+    """
+    module = cache.structure_module(model.structure)
+    given = dict(zip(module.STATE, [np.full(len(states), time), *np.asarray(states).T], strict=True))
+    given |= dict(zip(module.PARAMETERS, model.numbers, strict=True)) | numbers
+    found = outputs.evaluate(module, keys, given)
+    return {key: np.broadcast_to(found[key], len(states)) for key in keys}
+
+
+def mass_matrix(model: Model, state: np.ndarray, time: float = 0.0) -> np.ndarray:
+    """Mass matrix at a state, to rounding, from the kinetic energy, which is quadratic in the speeds."""
+    n = len(model.turning)
+    one, none = np.eye(n), np.zeros((1, n))
+    rows = np.tile(state, (n * n + n + 1, 1))
+    rows[:, n : 2 * n] = np.concatenate([(one[:, None] + one[None, :]).reshape(-1, n), one, none])
+    energy = of_states(model, ["kinetic_energy"], rows, time)["kinetic_energy"]
+    both, single, rest = energy[: n * n].reshape(n, n), energy[n * n : -1], energy[-1]
+    return both - single[:, None] - single[None, :] + rest
+
+
 def beyond_the_model(history: Quantities) -> dict[str, str]:
     """Warn of a motion whose journals went far into their bearings; the text as an attribute."""
     model = history.model
@@ -214,7 +242,7 @@ def coordinates(model: Model) -> dict[str, Any]:
         "state": ("state", model.states),
     }
     return {
-        of: (of, np.array(names, dtype=str), {"long_name": text})
+        of: ((of,), np.array(names, dtype=str), {"long_name": text})
         for of, (text, names) in labels.items()
         if names
     }

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.quantities import BALANCE, EVENTS, WORDS, recorded
+from jointplay.analysis.quantities import BALANCE, EVENTS, STATUS, WORDS, recorded
 from jointplay.display.errors import NOTHING, InputError, Problem, join, unknown
 from jointplay.solver.codegen.cache import structure_module
 from jointplay.solver.mechanism.assemble import assemble, check_section, nominal_speed
@@ -34,7 +34,7 @@ from jointplay.solver.mechanism.records import (
     TestSystem,
 )
 from jointplay.solver.mechanism.structure import linkage
-from jointplay.solver.motion.trajectory import MAX_STEPS
+from jointplay.solver.motion.trajectory import MAX_STEPS, Records, Request, follow
 
 SLACK = 4  # nominal periods that a turn may take before the run gives up
 MOST = 20_000_000  # samples of a run, in memory
@@ -200,6 +200,13 @@ def span(model: Model, motion: Mapping[str, Any]) -> tuple[float, float]:
 def steps(max_steps: int | None) -> int:
     """The number of attempts after which a run stops."""
     return MAX_STEPS if max_steps is None else max_steps
+
+
+def to_the_section(model: Model, request: Request) -> Records:
+    """As `follow`; not converged where the crank stops turning before it has passed as often as is asked."""
+    records = follow(model, request)
+    short = not records.status and len(records.sections) < request.stop_after - request.skip
+    return replace(records, status=STATUS.index("not_converged")) if short else records
 
 
 def quantity(section: Section | None, mechanism: Mechanism | TestSystem) -> str | None:

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from jointplay.analysis import rules
+from jointplay.analysis.evaluate import of_states
 from jointplay.display.errors import InputError, Problem, refuse
 from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.mechanism.assemble import assemble
@@ -242,13 +243,10 @@ class Journals:
         crank : complex or ndarray
             Angle by which a crank whose motion is prescribed is turned further, rad; of each row, or of all.
         """
-        given = dict(zip(self.module.STATE, [np.zeros(len(states)), *np.asarray(states).T], strict=True))
-        given |= self._numbers
-        if "theta_0" in given:
-            given["theta_0"] = given["theta_0"] + crank
+        own = self._numbers
+        turned = {"theta_0": own["theta_0"] + crank} if "theta_0" in own else {}
         keys = [f"journal_{axis}:{name}" for name in self.model.joints for axis in "xy"]
-        values = outputs.evaluate(self.module, keys, given)
-        return np.stack([np.broadcast_to(values[key], len(states)) for key in keys], -1)
+        return np.stack([*of_states(self.model, keys, states, **turned).values()], -1)
 
     def eccentricity_ratios(self, states: np.ndarray) -> np.ndarray:
         """Distances of journal and bearing centres over the clearances, shape (rows, joints)."""

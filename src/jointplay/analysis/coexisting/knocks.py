@@ -40,11 +40,11 @@ import numpy as np
 from pydantic import AfterValidator
 
 from jointplay.analysis.coexisting.lasting import FAILED, NO_START, Motions
+from jointplay.analysis.evaluate import mass_matrix, of_states
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.starts import Journals, free_states, state_names
 from jointplay.analysis.states.start_plane import INSIDE, beyond_a_wall
 from jointplay.display.errors import Problem, unknown
-from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.mechanism.base import Angle, PartName, Record, measured, named
 from jointplay.solver.mechanism.loops.positions import origins, pin_positions
 from jointplay.solver.mechanism.model import Model
@@ -120,7 +120,7 @@ class Blow:
         words = {f"angle:{link}" for link in model.links}
         words |= {f"journal_{axis}:{name}" for name in model.joints if name in joints for axis in "xy"}
         words |= {f"slide_position:{name}" for name in model.guides}
-        found = evaluated(model, states, sorted(words))
+        found = of_states(model, sorted(words), states)
         angles = {link: found[f"angle:{link}"] for link in model.links}
         played = [name for name in model.joints if f"journal_x:{name}" in found]
         apart = {
@@ -146,9 +146,8 @@ class Blow:
         if given is not None:
             angle += given
         if self.impulse.fixed == "link":
-            angle += float(
-                evaluated(model, model.state[None], [key := f"angle:{self.impulse.on.link}"])[key][0]
-            )
+            key = f"angle:{self.impulse.on.link}"
+            angle += float(of_states(model, [key], model.state[None])[key][0])
         return np.array([math.cos(angle), math.sin(angle)])
 
     def mobility(self, model: Model, mass: np.ndarray) -> Any:
@@ -161,15 +160,6 @@ class Blow:
         return float(d @ W @ d)
 
 
-def evaluated(model: Model, states: np.ndarray, keys: Sequence[str]) -> dict[str, np.ndarray]:
-    """Quantities of a linkage (codegen.outputs) at some states at time 0, arrays of shape (rows,)."""
-    module = cache.structure_module(model.structure)
-    given = dict(zip(module.STATE, [np.zeros(len(states)), *np.asarray(states).T], strict=True))
-    given |= dict(zip(module.PARAMETERS, model.numbers, strict=True))
-    found = outputs.evaluate(module, keys, given)
-    return {key: np.broadcast_to(found[key], len(states)) for key in keys}
-
-
 def at_speeds(model: Model, speeds: np.ndarray) -> np.ndarray:
     """States of a linkage where it stands, with other speeds, shape (rows, states)."""
     n_q = len(model.turning)
@@ -178,20 +168,10 @@ def at_speeds(model: Model, speeds: np.ndarray) -> np.ndarray:
     return states
 
 
-def mass_matrix(model: Model) -> np.ndarray:
-    """The mass matrix where a linkage stands, shape (positions, positions)."""
-    n_q = len(model.turning)
-    pairs = [(i, j) for i in range(n_q) for j in range(i, n_q)]
-    tried = np.zeros((1 + n_q + len(pairs), n_q))
-    tried[1 : 1 + n_q] = np.eye(n_q)
-    for row, (i, j) in enumerate(pairs, start=1 + n_q):
-        tried[row, i] += 1.0
-        tried[row, j] += 1.0
-    energy = evaluated(model, at_speeds(model, tried), ["kinetic_energy"])["kinetic_energy"]
-    M = np.zeros((n_q, n_q))
-    for row, (i, j) in enumerate(pairs, start=1 + n_q):
-        M[i, j] = M[j, i] = energy[row] - energy[1 + i] - energy[1 + j] + energy[0]
-    return M
+def masses(model: Model) -> np.ndarray:
+    """The mass matrix where a linkage stands, symmetric to the last bit, shape (positions, positions)."""
+    upper = np.triu(mass_matrix(model, model.state))
+    return upper + np.triu(upper, 1).T
 
 
 UNITS = {"impulse": "N m s", "blow": "N s", "shift": "m", "state": "1"}
@@ -224,7 +204,7 @@ class Knock:
                 change = math.cos(direction) * speeds_by_moment(model, of)
             else:
                 push = self.blow.slopes(model).T @ self.blow.aim(model, direction)
-                change = np.linalg.solve(mass_matrix(model), push)
+                change = np.linalg.solve(masses(model), push)
             state[n_q : 2 * n_q] += amount * change
             return replace(model, state=state)
         if self.kind == "state":
@@ -248,7 +228,7 @@ def _shifted(model: Model, joint: str, way: np.ndarray) -> Model | None:
 def speeds_by_moment(model: Model, link: str) -> np.ndarray:
     """Change of the free speeds by a unit of an impulsive moment on a link, shape (coordinates,)."""
     n_q = len(model.turning)
-    return np.linalg.solve(mass_matrix(model), np.diff(_link_speeds(model, link, np.eye(n_q)), axis=0)[0])
+    return np.linalg.solve(masses(model), np.diff(_link_speeds(model, link, np.eye(n_q)), axis=0)[0])
 
 
 def _link_speeds(model: Model, link: str, changes: np.ndarray) -> np.ndarray:
@@ -257,7 +237,7 @@ def _link_speeds(model: Model, link: str, changes: np.ndarray) -> np.ndarray:
         at_speeds(model, np.vstack([np.zeros(changes.shape[1]), changes])),
         f"angular_velocity:{link}",
     )
-    speeds = evaluated(model, states, [key])[key]
+    speeds = of_states(model, [key], states)[key]
     return np.stack([np.repeat(speeds[0], len(changes)), speeds[1:]])
 
 
@@ -272,7 +252,7 @@ def knocks(model: Model, mechanism: Mechanism | TestSystem, impulses: Sequence[I
         if moved > 0:
             found.append(Knock(f"impulse:{link}", nominal / moved))
     for blow in (Blow(mechanism, each) for each in impulses):
-        moved = blow.mobility(model, mass_matrix(model))
+        moved = blow.mobility(model, masses(model))
         if moved > 0:
             found.append(Knock(f"blow:{blow.impulse.name}", nominal * model.reach / moved, blow))
     bearings = [joint.name for joint in model.structure.joints if not joint.corner]

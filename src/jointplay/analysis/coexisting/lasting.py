@@ -31,7 +31,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from jointplay.analysis.period import REPEATS, period
+from jointplay.analysis.period import REPEATS
 from jointplay.analysis.states.ends import (
     POINTS,
     SHARED,
@@ -42,7 +42,7 @@ from jointplay.analysis.states.ends import (
     histograms,
     section_states,
     set_distance,
-    shortest_period,
+    settled_period,
 )
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.motion.progress import tick
@@ -293,9 +293,8 @@ class Motions:
 
     def _settled(self, run: _Run) -> int:
         """Index of the periodic motion that a run has come to, which may be new; -1 if it has no period."""
-        tolerance, turns = self.observation.tolerance, self.observation.turns
-        points = run.points[-turns:]
-        repeats = shortest_period(points, period(points, tolerance / STRICTER), tolerance)
+        tolerance, points = self.observation.tolerance, run.points[-self.observation.turns :]
+        repeats = settled_period(points, tolerance)
         if not repeats:
             return int(self._along(points[None])[0])
         last = points[-repeats:]

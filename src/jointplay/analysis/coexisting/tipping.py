@@ -57,8 +57,8 @@ from jointplay.analysis.orbits.section_map import AT_REST, SectionMap, section_m
 from jointplay.analysis.orbits.shooting import Orbit, Search, at_phase, multipliers, shortest, solved
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.starts import crank_place, state_names
-from jointplay.analysis.states.basin_uncertainty import wilson
-from jointplay.analysis.states.ends import Observation, features, section_states
+from jointplay.analysis.states.basin_uncertainty import fractions
+from jointplay.analysis.states.ends import Observation, features, on_section, padded, section_states
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.display.number_text import counted, measure, plain
@@ -323,18 +323,11 @@ class _Table:
         """Periods, points and fractions of the motions; fractions of the starts that reach them in time."""
         started = self.starts - self.seeded.get("no_start", 0)
         count = np.array([each["count"] for each in self.motions], dtype=int)
-        low, high = wilson(count, started)
-        longest = max((len(each["states"]) for each in self.motions), default=0)
-        states = np.full((len(self.motions), longest, len(self.base.state)), np.nan)
-        for row, each in zip(states, self.motions, strict=True):
-            row[: len(each["states"])] = each["states"]
+        states = padded([each["states"] for each in self.motions], len(self.base.state))
         counts = np.asarray(times.get("counts", np.zeros((len(self.motions), 0))))
-        return {
+        return fractions(count, started) | {
             "period": np.array([each["period"] for each in self.motions], int),
             "count": count,
-            "fraction": count / started if started else np.full(len(count), np.nan),
-            "fraction_low": low,
-            "fraction_high": high,
             "fraction_reached": counts / started if started else np.full(counts.shape, np.nan),
             "section_state": states,
             "within": np.asarray(times.get("within", np.zeros(0)), dtype=int),
@@ -501,7 +494,8 @@ class Boundary:
         ends = [self.section.image(state, False) for state in (self.inside, self.outside)]
         if any(end.status for end in ends):
             return False
-        self.inside, self.outside = (self._placed(end.state) for end in ends)
+        base, place = self.motions.base, self.section.place
+        self.inside, self.outside = (on_section(base, end.state, place) for end in ends)
         if self.width > APART:
             self.close()
         return True
@@ -518,15 +512,6 @@ class Boundary:
         name, way = state_names(self.section.model)[fastest], "up" if change[fastest] > 0 else "down"
         plane = Plane(quantity=name, value=float(state[fastest]), direction=way)
         return section_map(self.cut(name), plane, 1, self.section.rtol, self.section.max_steps)
-
-    def _placed(self, state: np.ndarray) -> np.ndarray:
-        """A state at the section, angles as in the motions."""
-        state = state.copy()
-        for i in np.flatnonzero(self.motions.base.fold):
-            state[i] = (state[i] + np.pi) % (2 * np.pi) - np.pi
-        if self.section.place is not None:
-            state[self.section.place] = self.motions.base.crank_angle
-        return state
 
 
 def edge_state(boundary: Boundary, turns: int) -> Orbit | None:

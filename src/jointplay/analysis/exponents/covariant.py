@@ -61,7 +61,7 @@ from pydantic import BeforeValidator
 
 from jointplay.analysis import rules
 from jointplay.analysis.declared import Outputs
-from jointplay.analysis.evaluate import OF_A_MODEL, run_values
+from jointplay.analysis.evaluate import OF_A_MODEL, mass_matrix, of_states, run_values
 from jointplay.analysis.exponents import batch_means, frame_growth
 from jointplay.analysis.exponents.batch_means import ERRORS
 from jointplay.analysis.exponents.frame_growth import frame
@@ -72,7 +72,6 @@ from jointplay.analysis.labels import Out
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.tangents import TIGHT, Bundle, scales
 from jointplay.display.number_text import plain, signed
-from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import TestSystem
 from jointplay.solver.method.tangents.tangent import LOST
@@ -669,7 +668,7 @@ class Participation:
             return tangents**2 / np.sum(tangents**2, axis=0)
         n, physical = len(self.model.turning), tangents * scales(self.model)[:, None]
         dq, rate = physical[:n], physical[n : 2 * n]
-        Z, M = _coordinates(self.model, time, state), _masses(self.model, time, state)
+        Z, M = _coordinates(self.model, time, state), mass_matrix(self.model, state, time)
         B, dz, dz_rate = np.linalg.inv(Z), Z @ dq, Z @ rate + _turning(self.model, time, state) @ dq
         W = math.tau / self.model.period
         energies = [
@@ -707,7 +706,8 @@ def _coordinates(model: Model, time: float, state: np.ndarray) -> np.ndarray:
     bending = [i for i, name in enumerate(names) if name.startswith("eta_")]
     keys = [f"journal_{axis}:{name}" for name in model.joints for axis in "xy"]
     steps = np.pad(unit, ((0, 0), (0, len(state) - len(names))))
-    play = _evaluated(model, keys, time, state + 1j * COMPLEX * steps).imag / COMPLEX
+    stepped = of_states(model, keys, state + 1j * COMPLEX * steps, time)
+    play = np.array([*stepped.values()]).imag / COMPLEX
     return np.concatenate([unit[crank], play.reshape(len(keys), len(names)), unit[bending]])
 
 
@@ -717,26 +717,6 @@ def _turning(model: Model, time: float, state: np.ndarray) -> np.ndarray:
     speeds = np.pad(state[n : 2 * n], (0, len(state) - n))
     ahead, behind = (_coordinates(model, time + dt, state + dt * speeds) for dt in (step, -step))
     return (ahead - behind) / (2 * step)
-
-
-def _masses(model: Model, time: float, state: np.ndarray) -> np.ndarray:
-    """Mass matrix at a state, from the kinetic energy, which is quadratic in the speeds."""
-    n = len(model.turning)
-    one, none = np.eye(n), np.zeros((1, n))
-    rows = np.tile(state, (n * n + n + 1, 1))
-    rows[:, n : 2 * n] = np.concatenate([(one[:, None] + one[None, :]).reshape(-1, n), one, none])
-    energy = _evaluated(model, ["kinetic_energy"], time, rows)[0]
-    both, single, rest = energy[: n * n].reshape(n, n), energy[n * n : -1], energy[-1]
-    return both - single[:, None] - single[None, :] + rest
-
-
-def _evaluated(model: Model, keys: list[str], time: float, states: np.ndarray) -> np.ndarray:
-    """Quantities of states at a time, shape (quantities, states)."""
-    module = cache.structure_module(model.structure)
-    given = dict(zip(module.STATE, [np.full(len(states), time), *states.T], strict=True))
-    given |= dict(zip(module.PARAMETERS, model.numbers, strict=True))
-    values = outputs.evaluate(module, keys, given)
-    return np.array([np.broadcast_to(values[key], len(states)) for key in keys])
 
 
 def factors(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

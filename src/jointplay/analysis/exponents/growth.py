@@ -30,7 +30,7 @@ from jointplay.display.errors import Problem
 from jointplay.solver.mechanism.base import Natural
 from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
-from jointplay.solver.motion.trajectory import Records, Request, follow
+from jointplay.solver.motion.trajectory import Records, Request
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,23 +75,12 @@ class Turn:
     def records(self, state: np.ndarray, turns: int, skip: int = 0, events: bool = False) -> Records:
         """Follow a state for whole turns; keep the passages after the first `skip`, and events if wanted."""
         model = replace(self.model, state=state)
-        forward = model.forward
-        request = Request(
-            duration=rules.SLACK * turns * model.period,
-            rtol=self.rtol,
-            level=model.crank_angle + forward * math.tau,
-            period=math.tau,
-            direction=forward,
-            skip=skip,
-            stop_after=turns,
-            events=events,
-            log_from=0.0,
-            max_steps=rules.steps(self.max_steps),
-        )
-        records = follow(model, request)
-        if records.status or len(records.sections) == turns - skip:
-            return records
-        return replace(records, status=STATUS.index("not_converged"))  # the crank stopped turning
+        level = model.crank_angle + model.forward * math.tau
+        section = {"level": level, "period": math.tau, "direction": model.forward, "skip": skip}
+        limits = {"rtol": self.rtol, "max_steps": rules.steps(self.max_steps), "stop_after": turns}
+        end = rules.SLACK * turns * model.period
+        request = Request(end, events=events, log_from=0.0, **section, **limits)
+        return rules.to_the_section(model, request)
 
     def state_at(self, records: Records) -> np.ndarray:
         """State at the last passage, as a start: the crank's angle turned back."""

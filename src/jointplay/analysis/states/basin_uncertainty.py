@@ -58,6 +58,13 @@ class Pairs:
         return math.sqrt(self.fraction * (1 - self.fraction) / self.count) if self.count else math.nan
 
 
+def fractions(count: np.ndarray, started: int) -> dict[str, np.ndarray]:
+    """Fractions of the starts, with the ends of their 95 % intervals."""
+    low, high = wilson(count, started)
+    share = count / started if started else np.full(len(count), np.nan)
+    return {"fraction": share, "fraction_low": low, "fraction_high": high}
+
+
 def count_pairs(kind: int, distance: float, one: np.ndarray, other: np.ndarray) -> Pairs:
     """Count pairs of labels, without pairs that have a 0."""
     both = (one > 0) & (other > 0)

@@ -37,12 +37,12 @@ from jointplay.analysis.states.basin_uncertainty import (
     PAIRS,
     Pairs,
     count_pairs,
+    fractions,
     grid_pairs,
     is_even,
     uncertainty_exponent,
-    wilson,
 )
-from jointplay.analysis.states.ends import BAD, Attractors, Observation, ends, features, match
+from jointplay.analysis.states.ends import BAD, Attractors, Observation, ends, features, match, padded
 from jointplay.analysis.states.start_plane import Starts, axis_values, grid
 from jointplay.analysis.sweeps import subdivision
 from jointplay.analysis.sweeps.subdivision import Point, refined, representatives
@@ -253,15 +253,12 @@ def basins(  # noqa: D417 (nobody gives it the model)
 def _fractions(attractors: Attractors, nodes: int, started: int) -> dict[str, Any]:
     """Periods of attractors, and fractions of the starts that reach them: of the nodes that have a start."""
     count = np.bincount(attractors.labels[:nodes], minlength=len(attractors.periods) + 1)[1:]
-    fraction = count / started if started else np.full(len(count), np.nan)
-    low, high = wilson(count, started)
-    return {
+    found = fractions(count, started)
+    fraction = found["fraction"]
+    return found | {
         "period": attractors.periods.astype(np.int32),
         "count": count,
-        "fraction": fraction,
         "fraction_standard_error": np.sqrt(fraction * (1 - fraction) / started) if started else fraction,
-        "fraction_low": low,
-        "fraction_high": high,
         "fraction_none": float((started - count.sum()) / started) if started else math.nan,
     }
 
@@ -269,12 +266,8 @@ def _fractions(attractors: Attractors, nodes: int, started: int) -> dict[str, An
 def _section_points(attractors: Attractors, states: list[np.ndarray], starts: Starts) -> dict[str, Any]:
     """Section points of one end of each attractor, as states and in the plane; NaN past the last."""
     shown = [states[i] for i in attractors.shown_by]
-    longest = max(map(len, shown), default=0)
-    points = np.full((len(shown), longest, len(starts.model.state)), np.nan)
-    in_plane = np.full((len(shown), longest, 2), np.nan)
-    for i, end in enumerate(shown):
-        points[i, : len(end)], in_plane[i, : len(end)] = end, starts.projected(end)
-    return {"section_state": points, "section_plane": in_plane}
+    in_plane = padded([starts.projected(end) for end in shown], 2)
+    return {"section_state": padded(shown, len(starts.model.state)), "section_plane": in_plane}
 
 
 def _boundary(rows: list[Pairs]) -> dict[str, Any]:

@@ -22,6 +22,7 @@ the order of the starts nor on the division of the work.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -107,7 +108,8 @@ def end_states(
         drop, models = 0 if again else observation.transient, [model for model, *_ in left.values()]
         cuts = section_states(base, models, drop, observation)
         for (n, (_, seen, before)), (states, status, route) in zip([*left.items()], cuts, strict=True):
-            repeats, route = 0 if status else _period(base, states, observation), joined_route(before, route)
+            repeats = 0 if status else settled_period(features(base, states), observation.tolerance)
+            route = joined_route(before, route)
             if status or repeats:
                 result[n] = (status, repeats, nothing if status else states[-repeats:], route)
                 del left[n]
@@ -118,8 +120,8 @@ def end_states(
     return [result[n] for n in range(len(starts))]
 
 
-def _period(base: Model, states: np.ndarray, observation: Observation) -> int:
-    points, tolerance = features(base, states), observation.tolerance
+def settled_period(points: np.ndarray, tolerance: float) -> int:
+    """The period of section points within a tolerance, where they have one within a stricter one; else 0."""
     return shortest_period(points, period(points, tolerance / STRICTER), tolerance)
 
 
@@ -158,18 +160,31 @@ def _request(base: Model, start: Model, drop: int, observation: Observation) -> 
 
 
 def _states(base: Model, records: Records, turns: int) -> tuple[np.ndarray, int]:
-    """States at the section, angles within half a turn of 0, the crank's at the section's; and the status."""
+    """States at the section, and the status."""
     by_angle = base.structure.section is not None
     rows, first = (records.sections, STATE) if by_angle else (records.samples, 1)
-    states, crank = rows[:, first : first + len(base.state)], crank_place(base)
+    states = rows[:, first : first + len(base.state)]
     if records.status or len(states) < turns:
         return states, records.status or STOPPED
+    return on_section(base, states, crank_place(base)), 0
+
+
+def on_section(base: Model, states: np.ndarray, crank: int | None) -> np.ndarray:
+    """States at the section, angles within half a turn of 0, the crank's (at that place) the section's."""
     states = states.copy()
     for i in np.flatnonzero(base.fold):
-        states[:, i] = (states[:, i] + math.pi) % math.tau - math.pi
+        states[..., i] = (states[..., i] + math.pi) % math.tau - math.pi
     if crank is not None:
-        states[:, crank] = base.crank_angle
-    return states, 0
+        states[..., crank] = base.crank_angle
+    return states
+
+
+def padded(motions: Sequence[np.ndarray], coordinates: int) -> np.ndarray:
+    """Section points of motions, shape (motions, points, coordinates); NaN past the last of each."""
+    whole = np.full((len(motions), max(map(len, motions), default=0), coordinates), np.nan)
+    for row, points in zip(whole, motions, strict=True):
+        row[: len(points)] = points
+    return whole
 
 
 def features(model: Model, states: np.ndarray) -> np.ndarray:

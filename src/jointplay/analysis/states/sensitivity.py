@@ -404,11 +404,10 @@ class Divergence:
         states[0], times[0] = state, 0.0
         if beyond_a_wall(model):
             return states, times, BAD
-        records = follow(model, self._request(model, cut, many))
+        records = rules.to_the_section(model, self._request(model, cut, many))
         rows, first, time = (records.sections, STATE, TIME) if cut else (records.samples, 1, 0)
         states[1 : 1 + len(rows)], times[1 : 1 + len(rows)] = rows[:, first : first + n], rows[:, time]
-        short = FAILED if len(rows) < many else 0  # the crank stopped turning
-        return states, times, records.status or short
+        return states, times, records.status
 
     def _request(self, model: Model, cut: bool, many: int) -> Request:
         limit = {"rtol": self.rtol, "max_steps": rules.steps(self.max_steps)}

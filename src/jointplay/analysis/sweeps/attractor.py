@@ -33,7 +33,7 @@ from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 from jointplay.solver.motion.eligibility import ROUTES, batch, joined_route
-from jointplay.solver.motion.trajectory import Records, Request, follow
+from jointplay.solver.motion.trajectory import Records, Request
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,8 +44,6 @@ SPREAD = 1000  # times rtol: what they spread over at most; more than TOLERANCE 
 ALIGN = 20  # turns in which the tangents find their directions
 UNKNOWN = -1  # a period, or another whole number, that could not be looked for
 ROW = contacts.ROW
-
-LABELLED = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "guide": "prismatic joint"}
 
 
 @dataclass(frozen=True)
@@ -89,7 +87,7 @@ def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[st
     -------
     dict
         ``status``, ``trouble`` (text) and ``n_steps``. Where the motion was followed to the end, also ``end``
-        (an `End`), ``labels`` (names along link, joint, pin, state), ``points`` (variables over ``point``)
+        (an `End`), ``labels`` (coordinates of parts), ``points`` (variables over ``point``)
         and ``values`` (by name, as (dims, value): a number, or a list over joints or exponents).
 
     Raises
@@ -147,10 +145,7 @@ def _run(model: Model, plan: Plan, turns: int, watched: bool) -> Records:
     looked = {"events": watched, "misses": watched, "log_from": 0.0}
     looked["rates"] = watched and evaluate.needed(model, plan.record)
     limit = {"rtol": plan.rtol, "max_steps": rules.steps(plan.max_steps)}
-    records = follow(model, Request(**limit, **looked, **fields))
-    if whole and not records.status and len(records.sections) < (turns if watched else 1):
-        return replace(records, status=STATUS.index("not_converged"))  # the crank stopped turning
-    return records
+    return rules.to_the_section(model, Request(**limit, **looked, **fields))
 
 
 def _last(model: Model, plan: Plan, records: Records) -> np.ndarray:
@@ -187,7 +182,7 @@ def _described(model: Model, plan: Plan, records: Records) -> dict[str, Any]:
         "trouble": "",
         "n_steps": records.counts["n_steps"],
         "end": end_of(model, _state(model, plan, last)),
-        "labels": {dim: getattr(model, f"{dim}s") for dim in LABELLED},
+        "labels": evaluate.coordinates(model),
         "points": points.variables(plan.record, "point"),
         "values": values | {"followed": ((), np.int8(records.route))},
     }
@@ -247,9 +242,6 @@ def _exponents(mechanism: Mechanism | TestSystem, result: Mapping[str, Any], pla
     return done | {"values": result["values"] | exponents}
 
 
-LABELLED |= {"state": "state"}
-
-
 EXPONENTS = {name: out for name, out in batch_means.ESTIMATES.items() if name.startswith("lyapunov")}
 
 
@@ -303,20 +295,18 @@ def labelled(motion: Entry, keep: int) -> Entry:
 
     A motion that failed has the number of its steps alone.
     """
-    names = motion.get("labels", {}) | ({"state": motion["end"].names} if "end" in motion else {})
-    values = motion.get("values", {}) | {"n_steps": ((), motion.get("n_steps", 0))}
+    labels, values = motion.get("labels", {}), motion.get("values", {})
+    values = values | {"n_steps": ((), motion.get("n_steps", 0))}
     if "end" in motion:
-        values["end_state"] = (("state",), motion["end"].state)
+        names, state, *_ = motion["end"]
+        labels = labels | {"state": (("state",), np.array(names, dtype=str), {"long_name": "state"})}
+        values["end_state"] = (("state",), state)
     rows = motion.get("points", {}).items()
-    of = units(bool(names.get("link")))
+    of = units("link" in labels)
     parts = {name: (dims, _padded(dims, each, keep), own) for name, (dims, each, own) in rows}
     parts |= {name: (*pair, OUTS[name].attributes(of)) for name, pair in values.items()}
     used = {dim for dims, *_ in parts.values() for dim in dims}
-    labels = {
-        dim: ((dim,), np.array(names[dim], dtype=str), {"long_name": text})
-        for dim, text in LABELLED.items()
-        if dim in used
-    }
+    labels = {dim: each for dim, each in labels.items() if dim in used}
     fields = [
         (part, name, dims, own)
         for part, each in (("variables", parts), ("coords", labels))

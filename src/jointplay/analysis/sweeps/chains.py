@@ -11,11 +11,11 @@ from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from itertools import product, zip_longest
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.cells import Work, guarded
+from jointplay.analysis.cells import Batch, Work, guarded
 from jointplay.analysis.labels import Out
 from jointplay.analysis.starts import End, continued
 from jointplay.analysis.sweeps.attractor import Plan, labelled, settle, settle_together
@@ -23,9 +23,6 @@ from jointplay.analysis.vary import Axis, largest
 from jointplay.jobs.job import Entry, Kept, Notes, key_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.ensemble_runs import FEWEST, in_lanes
-
-if TYPE_CHECKING:
-    pass
 
 DIRECTIONS = ("up", "down", "reset")
 DIRECTION = Out("direction", "direction of the sweep", "")
@@ -159,8 +156,7 @@ class Chain:
     def run(self, notes: Notes) -> None:
         """Settle at one point after another, or as an ensemble at all of them."""
         if self.plan.ensemble:
-            points = [(self, n) for n in range(len(self.keys))]
-            _in_rows([[each] for each in points] if self.carried else [points], self.plan, notes)
+            _in_rows([[(self, n) for n in range(len(self.keys))]], self.plan, notes)
             return
         end = self.end
         for n, key in enumerate(self.keys):
@@ -201,40 +197,13 @@ class Chain:
         return replace(self, keys=keys, changes=changes)
 
 
-@dataclass(frozen=True)
-class ChainBatch:
+class ChainBatch(Batch):
     """Chains whose points are followed side by side as an ensemble, the first of all, then the second, …"""
-
-    own: tuple[Chain, ...]
-
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """Keys of all points, in the order in which they run."""
-        rows = zip_longest(*(chain.keys for chain in self.own))
-        return tuple(key for row in rows for key in row if key is not None)
-
-    @property
-    def chains(self) -> tuple[tuple[str, ...], ...]:
-        """Keys of each chain."""
-        return tuple(chain.keys for chain in self.own)
 
     def run(self, notes: Notes) -> None:
         """Settle at one row of points after another."""
         rows = zip_longest(*([(chain, n) for n in range(len(chain.keys))] for chain in self.own))
         _in_rows([[each for each in row if each] for row in rows], self.own[0].plan, notes)
-
-    def only(self, key: str) -> Chain:
-        """Give the chain of a point, up to that."""
-        return next(chain for chain in self.own if key in chain.keys).only(key)
-
-    def sample(self) -> ChainBatch:
-        """Give the first row."""
-        return ChainBatch(tuple(chain.sample() for chain in self.own))
-
-    def left(self, done: Container[str], answers: Mapping[str, Entry]) -> ChainBatch | None:
-        """Give the unfinished chains; None if all are finished."""
-        rest = [left for chain in self.own if (left := chain.left(done, answers)) is not None]
-        return ChainBatch(tuple(rest)) if rest else None
 
 
 def batched_chains(chains: Sequence[Chain]) -> list[Chain | ChainBatch]:

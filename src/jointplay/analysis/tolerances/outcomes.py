@@ -39,6 +39,7 @@ LONGER = (1, 4, 16)  # transients more, one after another, of a motion without a
 PATIENT = 4  # from so many on its exponent is measured
 LOOKED = 2  # periods over which quantities of a periodic motion are
 SAMPLES = 720  # of a turn
+POINTS = {"largest": np.max, "smallest": np.min, "end": itemgetter(-1)}
 SHARP = ("sliding_work", "impact_loss", "friction_loss")  # integrals, which need many samples
 
 
@@ -213,21 +214,13 @@ def _of_course(
         raise Unsettled(records.status)
     rows = np.concatenate([records.steps[:, 2:], records.samples])
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
-    heads = {name: key.partition(":")[::2] for name, (_, key) in wanted.items()}
-    heads = {n: ("state_value" if word == "state" else word, label) for n, (word, label) in heads.items()}
     given = evaluate.quantities(model, plan.rtol, records, rows)
-    found = {
-        n: each[1] for n, each in given.variables([*{word for word, _ in heads.values()}], "time").items()
-    }
-    forces_ = {name: np.abs(each) for name, each in found.items() if name in ("normal_force", "reaction")}
-    tops = peaks(given, rows, forces_)[0]  # between points, too
-    values = {}
-    for name, (how, _) in wanted.items():
-        word, label = heads[name]
-        at = given.labels(WORDS[word].of).index(label) if WORDS[word].of else ...
-        course = found[word][:, at] if WORDS[word].of else found[word]
-        if how == "largest" and word in tops:
-            values[name] = float(tops[word][at])
-        else:
-            values[name] = float({"largest": np.max, "smallest": np.min, "end": itemgetter(-1)}[how](course))
-    return values
+    courses = given.series([key for _, key in wanted.values()])
+    found = {name: float(POINTS[how](courses[key])) for name, (how, key) in wanted.items()}
+    largest = {key.partition(":")[0] for how, key in wanted.values() if how == "largest"}
+    sizes = given.variables([word for word in ("normal_force", "reaction") if word in largest], "time")
+    tops = peaks(given, rows, {word: np.abs(each) for word, (_, each, _) in sizes.items()})[0]
+    for word, most in tops.items():  # between points, too
+        each = zip(given.labels(WORDS[word].of), most.tolist(), strict=True)
+        found |= {name: size for label, size in each if (name := f"largest:{word}:{label}") in found}
+    return found
