@@ -20,10 +20,10 @@ from pydantic import Field
 
 from jointplay.analysis import rules
 from jointplay.analysis.assessment.alternatives import hangs_on, variants
-from jointplay.analysis.assessment.curves import END, VALUES, curve, ratios
+from jointplay.analysis.assessment.curves import END, VALUES, Scene, beside, curve, ratios
 from jointplay.analysis.assessment.edges import HOW, SIDES, Search, edges
 from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN, WORK, forces
-from jointplay.analysis.assessment.page import GRADES, UNKNOWN, answer, grade, largest, page
+from jointplay.analysis.assessment.page import BY, GRADES, PLACES, UNKNOWN, answer, grade, largest, page
 from jointplay.analysis.assessment.settled import CHANGES, LASTING, SLOW, Settled, Unsettled, plan, present
 from jointplay.analysis.cells import first_bad, growing, handed_out, shown, warm
 from jointplay.analysis.declared import Outputs
@@ -57,8 +57,8 @@ SHARES = {  # of the work, about, that is done before and after each round: of a
 }
 HOUR = 3600.0
 OVER = ("parameter", "side", "change")
+SHARES_OF = "lowest and highest of each 512th of the turn with the largest"
 CHANGED = (*OVER[:2], "place")
-PLACES = ("before", "after")
 GRADED = (*GRADES, UNKNOWN)
 TOLD = ("no", "yes", UNKNOWN)
 LOSSES = {
@@ -90,8 +90,8 @@ OUTPUTS = Outputs(
         "ideal_peak_force": Out("joint", "largest joint force of the ideal mechanism", "N"),
         "ideal_peak_force_error": Out("joint", "error of the ideal one", "N"),
         "force_ratio": Out("joint", "largest joint force over the ideal mechanism's"),
-        "joint_force": Out(("turn_share", "joint"), "joint force", "N"),
-        "ideal_joint_force": Out(("turn_share", "joint"), "joint force, ideal mechanism", "N"),
+        "joint_force": Out(("turn_share", "joint"), "joint force", "N", SHARES_OF),
+        "ideal_joint_force": Out(("turn_share", "joint"), "joint force, ideal mechanism", "N", SHARES_OF),
         "clearance": Out("joint", "radial clearance", "m"),
         "contact_data": Out("joint", "contact law with its numbers, and friction", ""),
         "friction_coefficient": Out("joint", "coefficient of friction of a joint with clearance"),
@@ -178,6 +178,7 @@ OUTPUTS = Outputs(
             CHANGED,
             "last value with the present grade and first one with another, as a multiple of the present",
         ),
+        "grade_change_by": Out(CHANGED, "by what the grade's change is known", flags=BY, missing=UNKNOWN),
         "grade_change_grade": Out(CHANGED, "grade there", flags=GRADED, missing=UNKNOWN),
         "grade_change_force": Out(CHANGED, "largest force there, of the joint with the largest ratio", "N"),
         "grade_change_force_ratio": Out(CHANGED, "its ratio to the ideal mechanism's"),
@@ -301,10 +302,12 @@ def assess(  # noqa: D417 (nobody gives it the model)
     now, like = rounds.answers(assessed, [first | {"mechanism": each} for each in (mechanism, ideal)])
     shared = {"mechanism": mechanism, "how": how, "motion": now.get("motion")}
     search = Search(reach, step, accuracy, lasting)
+    shared["turns"] = turns
+    along = [shared | {"key": key, "start": initial} for key in keys]
     later = (
-        (hung, [shared | {"turns": turns}]),
-        (curved, [shared | {"key": key, "start": initial, "turns": turns} for key in keys]),
-        (sided, [shared | {"key": key, "side": side, "search": search} for key in keys for side in SIDES]),
+        (hung, [shared]),
+        (curved, along),
+        (sided, [each | {"side": side, "search": search} for each in along for side in SIDES]),
     )
     known = [[{"status": NOT_RUN}] * len(cells) for _, cells in later]
 
@@ -320,6 +323,8 @@ def assess(  # noqa: D417 (nobody gives it the model)
     rounds.shares = SHARES[_kind(now)]
     for number, (function, cells) in enumerate(later):
         known[number] = rounds.answers(function, cells, now)
+        if number == len(later) - 1:
+            shown(made, number)  # once more: edges may be nearer than what is found by curves
         shown(made, number + 1)
     return made()
 
@@ -417,12 +422,22 @@ def sided(
     key: str,
     side: str,
     search: Search,
+    turns: int,
     how: Any,
     limit: float,
     known: Answer,
+    **_: Any,
 ) -> Answer:
-    """Answer of a cell: changes on one side of a parameter."""
-    return _timed(limit, edges, Settled.of(mechanism, motion), key, side, search, how, known)
+    """Answer of a cell: changes on one side of a parameter, and the motions beside the edge of contact."""
+    here = Settled.of(mechanism, motion)
+
+    def found() -> Answer:
+        answer = edges(here, key, side, search, how, known)
+        scene = Scene(here, key, here.end, turns, how)
+        edge = answer["edge"][CHANGES.index("contact_loss")] / scene.present
+        return answer | {"beside": beside(scene, edge, search.step)} if math.isfinite(edge) else answer
+
+    return _timed(limit, found)
 
 
 def assembled(
@@ -438,11 +453,11 @@ def assembled(
     joints = [joint.name for joint in mechanism.joints]
     values = _forces(joints, now, ideal) | _contacts(mechanism, joints, now) | _motion(now)
     values |= _graded(mechanism, values) | _variants(mechanism, joints, other, values["ideal_peak_force"])
-    values |= _curves(joints, keys, over) | _edges(mechanism, keys, sides)
+    values |= _curves(joints, keys, over) | _grade_changes(over, sides) | _edges(mechanism, keys, sides)
     labels = {"joint": joints, "parameter": list(keys), "side": list(SIDES), "change": list(CHANGES)}
     labels["place"] = list(PLACES)
     values |= {name: np.array(each, dtype=str) for name, each in labels.items()}
-    return OUTPUTS.dataset(values | {"turn_share": np.linspace(0, 1, SHOWN + 1)})
+    return OUTPUTS.dataset(values | {"turn_share": np.linspace(0, 1, 2 * SHOWN + 1)})
 
 
 def _on(joints: list[str], answer: Answer, key: str, rows: int | None = None) -> np.ndarray:
@@ -462,8 +477,8 @@ def _forces(joints: list[str], now: Answer, ideal: Answer) -> dict[str, Any]:
         "ideal_peak_force": like,
         "ideal_peak_force_error": _on(joints, ideal, "peak_error"),
         "force_ratio": peak / like,
-        "joint_force": _on(joints, now, "force", SHOWN + 1),
-        "ideal_joint_force": _on(joints, ideal, "force", SHOWN + 1),
+        "joint_force": _on(joints, now, "force", 2 * SHOWN + 1),
+        "ideal_joint_force": _on(joints, ideal, "force", 2 * SHOWN + 1),
     }
 
 
@@ -558,7 +573,6 @@ def _curves(joints: list[str], keys: Sequence[str], over: Sequence[Answer]) -> d
         found[f"curve_{new}"] = np.array([_on(joints, each, old, VALUES) for each in over])
     period, marks = np.full(shape, np.nan), np.full(shape, GRADED.index(UNKNOWN))
     statuses = np.full(shape, NOT_RUN)
-    changes = np.full((len(keys), len(SIDES), len(PLACES), len(END)), np.nan)
     for i, each in enumerate(over):
         if each["status"]:
             statuses[i] = each["status"]
@@ -566,11 +580,30 @@ def _curves(joints: list[str], keys: Sequence[str], over: Sequence[Answer]) -> d
         statuses[i], period[i] = each["statuses"], each["period"]
         known = np.isfinite(np.asarray(each["grade"], dtype=float))
         marks[i, known] = np.asarray(each["grade"])[known]
-        changes[i] = each["change"]
-    found |= {"curve_period": period, "curve_grade": marks, "curve_status": statuses}
-    found |= {f"grade_change_{name}": changes[..., n] for n, name in enumerate(END)}
-    mark = found["grade_change_grade"]
-    return found | {"grade_change_grade": np.where(np.isnan(mark), GRADED.index(UNKNOWN), mark)}
+    return found | {"curve_period": period, "curve_grade": marks, "curve_status": statuses}
+
+
+def _grade_changes(over: Sequence[Answer], sides: Sequence[Answer]) -> dict[str, Any]:
+    """Where the grade first changes on each side of each parameter, and by what it is known."""
+    none = np.full((len(SIDES), len(PLACES), len(END)), np.nan)
+    coarse = np.concatenate([each.get("change", none) for each in over])
+    nearest = [first_change(each, side.get("beside")) for each, side in zip(coarse, sides, strict=True)]
+    columns = np.moveaxis(np.reshape(nearest, (len(over), *none.shape)), -1, 0)
+    found = {f"grade_change_{name}": column for name, column in zip(END, columns, strict=True)}
+    for name, words in (("grade_change_grade", GRADED), ("grade_change_by", BY)):
+        found[name] = np.where(np.isnan(found[name]), words.index(UNKNOWN), found[name])
+    return found
+
+
+def first_change(coarse: np.ndarray, edge: np.ndarray | None) -> np.ndarray:
+    """The nearer one of a change of the grade among a curve's values and of the edge of contact.
+
+    Both as the places before and after it. No farther apart than the former's two they are the same.
+    """
+    if edge is None:
+        return coarse
+    (before, far), (_, there) = (np.abs(np.log(each[:, END.index("ratio")])) for each in (coarse, edge))
+    return coarse if far + (far - before) < there else edge
 
 
 def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -> dict[str, Any]:
