@@ -89,6 +89,26 @@ def test_the_page_says_what_the_verdict_hangs_on():
     assert band in lines
 
 
+@pytest.mark.parametrize(
+    ("load", "told"),
+    [
+        (None, "too stiff: that is its stiffness at 900 N"),
+        ("35 N", None),
+        ("3 N", "too soft: that is its stiffness at 3 N"),
+        ("5 N", None),
+    ],
+)
+def test_a_stiffness_at_another_force_than_the_joint_carries_is_named(load, told):
+    """Ideal joint B carries 12 N; a pressure of 5 MPa on its bush is 900 N."""
+    contact = {"pin": "steel", "bush": "bronze", "length": "12 mm"} | ({"load": load} if load else {})
+    mechanism = jp.catalog.chunmei2002(clearance=2e-4, gear_ratio=3.0)
+    mechanism = mechanism.varied({"joints.B.radius": 0.0075, "joints.B.contact": contact})
+    found = assessment(mechanism=mechanism)
+    lines = [line.strip() for line in page(found).splitlines()]
+    rest = ', an ideal joint carries 12 N at most; write load = "12 N" beside pin and bush'
+    assert [line for line in lines if line.startswith("too ")] == ([told + rest] if told else [])
+
+
 def test_the_page_says_what_to_do():
     lines = [re.sub(" +", " ", line.strip()) for line in page(assessment()).splitlines()]
     assert "radial clearance of joint B, below not met down to 20 µm" in lines

@@ -107,9 +107,9 @@ def curved(key, far=NAN, settled=1):
     return {"status": 0, "trouble": ""} | values | {"change": np.array([never, [before, after]])}
 
 
-def assessment(now=None, sides=SIDES, settled=1, **changes) -> xr.Dataset:
+def assessment(now=None, sides=SIDES, settled=1, mechanism=None, **changes) -> xr.Dataset:
     """Joint B with a clearance of 0.2 mm; the present motion's answer, or `changes` of it."""
-    mechanism = jp.catalog.chunmei2002(clearance=2e-4, gear_ratio=3.0)
+    mechanism = mechanism or jp.catalog.chunmei2002(clearance=2e-4, gear_ratio=3.0)
     now = now or motion(NAMES, 2.0, **({"motion": {"radius": 0.5}} | LOOSE | changes))
     over = [curved(KEYS[0], 1.4, settled), curved(KEYS[1], 2.0)]
     made = assembled(mechanism, KEYS, now, motion(["O", "A", "B", "C"]), hung(6), over, sides)

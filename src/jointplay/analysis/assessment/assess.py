@@ -94,6 +94,7 @@ OUTPUTS = Outputs(
         "ideal_joint_force": Out(("turn_share", "joint"), "joint force, ideal mechanism", "N", SHARES_OF),
         "clearance": Out("joint", "radial clearance", "m"),
         "contact_data": Out("joint", "contact law with its numbers, and friction", ""),
+        "stiffness_load": Out("joint", "force at which stiffness follows from pin and bush", "N"),
         "friction_coefficient": Out("joint", "coefficient of friction of a joint with clearance"),
     }
     | CONTACTS
@@ -487,6 +488,9 @@ def _contacts(mechanism: Mechanism, joints: list[str], now: Answer) -> dict[str,
     data = [_contact_data(joint) if joint else "" for joint in loose]
     friction = [getattr(joint.friction, "coefficient", 0.0) if joint else np.nan for joint in loose]
     found: dict[str, Any] = {"contact_data": np.array(data), "friction_coefficient": np.array(friction)}
+    found["stiffness_load"] = np.array(
+        [joint.data.load if joint and joint.data else np.nan for joint in loose]
+    )
     found["clearance"] = np.array([joint.clearance for joint in mechanism.joints])
     found |= {name: _on(joints, now, name) for name in CONTACTS}
     found["sliding_work_per_hour"] = found["sliding_work"] * HOUR / now.get("turn_period", np.nan)

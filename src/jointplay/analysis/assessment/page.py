@@ -52,6 +52,7 @@ KNOWN_BY = {"edge": "{}", "values": "about {}", "unsettled": "about {}, not sett
 BY = tuple(KNOWN_BY)
 DOWN = {"below": "down to", "above": "up to"}
 HELPS = 0.99  # of the force ratio: a change that leaves more of it helps nothing
+LOADED = 3.0  # times the force, or a part of it, from which a contact's stiffness is another one
 NOT_RUN = "not_run"
 TRIED = {("damping", "×3"): "three times the damping", ("friction", "×2"): "twice the friction"}
 OTHER = {
@@ -218,6 +219,7 @@ def _hangs_on(dataset: Dataset) -> list[str]:
     lines = ["What it hangs on"]
     for name, text in zip(_joints(dataset), dataset["contact_data"].values, strict=True):
         lines += [f"  joint {name}: {text}"] if text else []
+        lines += _loaded(dataset.sel(joint=name))
     if not dataset.sizes.get("variant"):
         return lines
     if _not_run(dataset["variant_status"]):
@@ -237,6 +239,15 @@ def _hangs_on(dataset: Dataset) -> list[str]:
         numbers = _numbers(*own, largest(ratios))
         rows.append((name, _of(one["variant_grade"]), *numbers, _repeat(float(one["variant_period"]))))
     return [*lines, *_table(rows), f"  {_band(dataset, joint)}"]
+
+
+def _loaded(joint: Dataset) -> Iterator[str]:
+    """Words on a stiffness that was taken at another force than the joint carries."""
+    load, carried = float(joint["stiffness_load"]), float(joint["ideal_peak_force"])
+    if load > LOADED * carried or load < carried / LOADED:
+        most, much = measure(carried, "N", 2), "stiff" if load > carried else "soft"
+        taken = f"too {much}: that is its stiffness at {measure(load, 'N', 3)}"
+        yield f'  {taken}, an ideal joint carries {most} at most; write load = "{most}" beside pin and bush'
 
 
 def _numbers(force: float, separations: float, speed: float, ratio: float) -> tuple[str, ...]:
