@@ -25,9 +25,9 @@ NO_CODE = (
 )
 RUN = 6  # lines that are repeated
 BOUNDS = {
-    "code lines of the suite": 42_777,
-    "code lines of its analyses": 14_891,
-    "code lines of all three packages": 48_155,
+    "code lines of the suite": 42_867,
+    "code lines of its analyses": 14_964,
+    "code lines of all three packages": 48_245,
     "files of the suite": 320,
     "files with one reader": 59,
     "entries at the top of the suite": 10,

@@ -57,6 +57,8 @@ SHARES = {  # of the work, about, that is done before and after each round: of a
 }
 HOUR = 3600.0
 OVER = ("parameter", "side", "change")
+BALANCE = "equal to ``joint_work`` and ``drive_work`` where nothing else takes energy"
+LENGTH = "where a bearing's length is given"
 SHARES_OF = "lowest and highest of each 512th of the turn with the largest"
 CHANGED = (*OVER[:2], "place")
 GRADED = (*GRADES, UNKNOWN)
@@ -100,12 +102,7 @@ OUTPUTS = Outputs(
     | CONTACTS
     | {
         "sliding_work_per_hour": Out("joint", "normal force times sliding distance per hour", "J"),
-        "contact_pressure": Out(
-            "joint",
-            "largest force over the bearing's projected area",
-            "Pa",
-            "where a bearing's length is given",
-        ),
+        "contact_pressure": Out("joint", "largest force over the bearing's projected area", "Pa", LENGTH),
         "grade": Out((), "grade of the present motion", flags=GRADED, missing=UNKNOWN),
         "period": Out((), "period in turns, 0 for none"),
         "section_exponent_per_turn": Out((), "largest exponent of the section's map, per turn"),
@@ -114,23 +111,14 @@ OUTPUTS = Outputs(
         "crank_speed": Out((), "mean speed of the crank", "rad s-1"),
         "drive_work": Out((), "work of the drive in a turn", "J"),
         "joint_work": Out((), "work taken in by the contacts in a turn", "J"),
-        "joint_loss": Out(
-            (),
-            "sum of the losses in normal contact and friction",
-            "J",
-            "equal to ``joint_work`` and ``drive_work`` where nothing else takes energy",
-        ),
+        "joint_loss": Out((), "sum of the losses in normal contact and friction", "J", BALANCE),
         "joint_loss_error": Out((), "error of the sum of the losses", "J"),
         "present": Out("change", "present motion", flags=("no", "yes", "unknown")),
         "edge_ratio": Out(OVER, "where it changes, as a multiple of the present value"),
         "edge_ratio_error": Out(OVER, "its error"),
         "bracket_low": Out(OVER, "lower end of its bracket"),
         "bracket_high": Out(OVER, "upper end of its bracket"),
-        "return_ratio": Out(
-            OVER,
-            "where it is first found as at present again, beyond the change",
-            about="of the values looked at; NaN: not met",
-        ),
+        "return_ratio": Out(OVER, "where it is first as at present again", about="NaN: not met"),
         "edge_speed": Out(OVER, "nominal speed of the crank there", "rad s-1"),
         "present_value": Out("parameter", "present value, in the units of parameter_units"),
         "parameter_units": Out("parameter", "units of the parameter"),
@@ -146,10 +134,7 @@ OUTPUTS = Outputs(
                 ("chaos", "whether it is chaotic"),
             )
         },
-        "window_low": Out(
-            (*OVER[:2], "window"),
-            "lower end of a window narrower than an edge, as a multiple of the present value",
-        ),
+        "window_low": Out((*OVER[:2], "window"), "lower end of a narrow window, over the present value"),
         "window_high": Out((*OVER[:2], "window"), "its upper end"),
         "window_period": Out((*OVER[:2], "window"), "period of the motion in the window, turns; 0 for none"),
         "variant_quantity": Out("variant", "contact data that is changed", ""),
@@ -157,9 +142,7 @@ OUTPUTS = Outputs(
         "variant_peak_force": Out(("variant", "joint"), "largest joint force with other contact data", "N"),
         "variant_separations": Out(("variant", "joint"), "separations in a turn with other contact data"),
         "variant_impact_speed": Out(
-            ("variant", "joint"),
-            "largest normal speed with which contact begins, with other contact data",
-            "m s-1",
+            ("variant", "joint"), "largest impact speed with other contact data", "m s-1"
         ),
         "variant_period": Out("variant", "period with other contact data in turns, 0 for none seen"),
         "variant_grade": Out("variant", "grade with other contact data", flags=GRADED, missing=UNKNOWN),
@@ -167,25 +150,18 @@ OUTPUTS = Outputs(
         "curve_ratio": Out(("parameter", "value"), "value, as a multiple of the present one"),
         "curve_peak_force": Out(("parameter", "value", "joint"), "largest joint force there", "N"),
         "curve_ideal_peak_force": Out(
-            ("parameter", "value", "joint"), "largest joint force of the ideal mechanism there", "N"
+            ("parameter", "value", "joint"), "largest ideal joint force there", "N"
         ),
-        "curve_impact_speed": Out(
-            ("parameter", "value", "joint"), "largest normal speed with which contact begins there", "m s-1"
-        ),
+        "curve_impact_speed": Out(("parameter", "value", "joint"), "largest impact speed there", "m s-1"),
         "curve_period": Out(("parameter", "value"), "period there in turns, 0 for none seen"),
         "curve_grade": Out(("parameter", "value"), "grade there", flags=GRADED, missing=UNKNOWN),
         "curve_status": Out(("parameter", "value"), "how the run there ended", flags=STATUS),
-        "grade_change_ratio": Out(
-            CHANGED,
-            "last value with the present grade and first one with another, as a multiple of the present",
-        ),
+        "grade_change_ratio": Out(CHANGED, "value beside the change, as a multiple of the present one"),
         "grade_change_by": Out(CHANGED, "by what the grade's change is known", flags=BY, missing=UNKNOWN),
         "grade_change_grade": Out(CHANGED, "grade there", flags=GRADED, missing=UNKNOWN),
         "grade_change_force": Out(CHANGED, "largest force there, of the joint with the largest ratio", "N"),
         "grade_change_force_ratio": Out(CHANGED, "its ratio to the ideal mechanism's"),
-        "grade_change_impact_speed": Out(
-            CHANGED, "largest normal speed with which contact begins there", "m s-1"
-        ),
+        "grade_change_impact_speed": Out(CHANGED, "largest impact speed there", "m s-1"),
         "found_by": Out(OVER, "how it was found", flags=HOW),
         "side_status": Out(OVER[:2], "why no further values were looked at", flags=STATUS),
         "preparation": Out((), "time to compile or load functions", "s"),

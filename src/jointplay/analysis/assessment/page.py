@@ -1,4 +1,4 @@
-"""Answers of assessments: one page of plain text, and its three lines.
+"""Answers of assessments: one page of plain text, and its lines in short.
 
 How hard a linkage with clearance is worked, in four grades.
 
@@ -73,10 +73,12 @@ MEANING = {
 
 
 def answer(dataset: Dataset) -> str:
-    """Return the verdict, the present motion, and what the verdict hangs on or where it changes."""
+    """Return the verdict, the present motion, what the verdict hangs on, where it changes, what to do."""
     if _grade(dataset) == UNKNOWN:
         return "no forces known"
-    return "\n".join([_verdict(dataset), _motion(dataset), _limits(dataset)])
+    helps = " ".join(map(str.strip, _helps(dataset).splitlines()[:2]))
+    lines = [_verdict(dataset), _motion(dataset), _hangs_on(dataset)[-1].strip(), _limits(dataset), helps]
+    return "\n".join(lines)
 
 
 def page(dataset: Dataset, source: str = "MECHANISM.toml") -> str:
@@ -318,19 +320,17 @@ def _grade_change(dataset: Dataset, key: str, side: str) -> tuple[str, ...]:
 
 
 def _beyond(dataset: Dataset, key: str, side: str) -> Iterator[str]:
-    """What a row does not say: that its motion had not settled, and what is harder farther on."""
+    """A line on where a curve has a harder grade than the row of a side."""
     one = dataset.sel(parameter=key, side=side, place="after")
-    name, ratios = f"{one['parameter_name'].values}, {side}", one["curve_ratio"].values
-    if _of(one["grade_change_by"]) == "unsettled":
-        yield f"{name}: the motion there had not settled, and may have another grade in the end"
-    known = {_grade(dataset), _of(one["grade_change_grade"])} - {UNKNOWN}
-    marks = [GRADES.index(mark) if mark in GRADES else -1 for mark in codes.words(one["curve_grade"]).values]
-    outward = sorted(
-        np.flatnonzero((ratios > 1) == (side == "above")), key=lambda i: abs(math.log(ratios[i]))
-    )
-    worst = max(outward, key=marks.__getitem__)
-    if marks[worst] > max(map(GRADES.index, known)):
-        yield f"{name}: {GRADES[marks[worst]]} at {_value(dataset, key, ratios[worst], 4)}"
+    marks, ratios = codes.words(one["curve_grade"]).values, one["curve_ratio"].values
+    outward = np.argsort(np.abs(np.log(ratios)))
+    outward = outward[(ratios[outward] > 1) == (side == "above")]
+    hard = (UNKNOWN, *GRADES).index
+    worst = max(outward, key=lambda i: hard(marks[i]))
+    if hard(marks[worst]) > max(hard(_grade(dataset)), hard(_of(one["grade_change_grade"]))):
+        seen = "" if one["curve_period"][worst] else ", not seen to repeat"
+        value = _value(dataset, key, ratios[worst], 4)
+        yield f"{one['parameter_name'].values}, {side}: {marks[worst]} at {value}{seen}"
 
 
 def _words_at(place: Dataset, name: str) -> str:
