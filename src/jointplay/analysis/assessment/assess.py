@@ -149,9 +149,7 @@ OUTPUTS = Outputs(
         "variant_status": Out("variant", "how the run with other contact data ended", flags=STATUS),
         "curve_ratio": Out(("parameter", "value"), "value, as a multiple of the present one"),
         "curve_peak_force": Out(("parameter", "value", "joint"), "largest joint force there", "N"),
-        "curve_ideal_peak_force": Out(
-            ("parameter", "value", "joint"), "largest ideal joint force there", "N"
-        ),
+        "curve_ideal_peak_force": Out(("parameter", "value", "joint"), "ideal joints' largest force", "N"),
         "curve_impact_speed": Out(("parameter", "value", "joint"), "largest impact speed there", "m s-1"),
         "curve_period": Out(("parameter", "value"), "period there in turns, 0 for none seen"),
         "curve_grade": Out(("parameter", "value"), "grade there", flags=GRADED, missing=UNKNOWN),
