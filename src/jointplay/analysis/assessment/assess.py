@@ -134,7 +134,7 @@ OUTPUTS = Outputs(
                 ("chaos", "whether it is chaotic"),
             )
         },
-        "window_low": Out((*OVER[:2], "window"), "lower end of a narrow window, over the present value"),
+        "window_low": Out((*OVER[:2], "window"), "low end of a narrow window, as a multiple of present"),
         "window_high": Out((*OVER[:2], "window"), "its upper end"),
         "window_period": Out((*OVER[:2], "window"), "period of the motion in the window, turns; 0 for none"),
         "variant_quantity": Out("variant", "contact data that is changed", ""),
