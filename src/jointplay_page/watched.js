@@ -44,6 +44,7 @@ const watched = (() => {
       else pictures.plane(now, view(), at);
       pictures.force(now, view(), at, ideal);
       element("live-phase").value = Math.round(1000 * phase);
+      element("live-phase").setAttribute("aria-valuetext", `${Math.round(100 * phase)} % of a turn`);
     }
 
     function beside(turn) {

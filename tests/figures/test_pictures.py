@@ -163,7 +163,7 @@ PICTURES = {
     "curve": lambda: (curves(), {}),
     "floquet": lambda: (orbit((0.5, 0.3), (0.5, -0.3), (-0.2, 0.0)), {}),
     "floquet of a branch": lambda: (branches(), {"kind": "floquet"}),
-    "assess": lambda: (assessment(), {}),
+    "assess": lambda: (assessment(settled=0), {}),
     "stress": lambda: (stressed(), {}),
     "work_precision": lambda: (works(), {}),
     "benchmark": lambda: (compared(), {}),

@@ -300,6 +300,18 @@ def test_play_is_slow_through_an_impact(chromium, page):
 
 
 @pytest.mark.long
+def test_the_time_in_the_turn_has_words(chromium, page):
+    opened(chromium, page)
+    until(chromium, f"{SETTLED}100")
+    chromium.execute_script(
+        "const moment = document.getElementById('live-phase');"
+        "moment.value = 250; moment.dispatchEvent(new Event('input'));"
+    )
+    moment = chromium.find_element("id", "live-phase")
+    assert moment.get_attribute("aria-valuetext") == "25 % of a turn"
+
+
+@pytest.mark.long
 def test_a_phone_shows_it_without_scrolling_sideways(chromium, page):
     size = chromium.get_window_size()
     try:

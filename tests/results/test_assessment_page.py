@@ -7,11 +7,23 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.assessment.assess import OUTPUTS, assembled
-from jointplay.analysis.assessment.page import answer, commands, page
+from jointplay.analysis.assessment.assess import OUTPUTS, assembled, first_change
+from jointplay.analysis.assessment.curves import ratios
+from jointplay.analysis.assessment.page import BY, answer, commands, page
 from jointplay.analysis.labels import ended
 from jointplay.study.file import load
-from tests.figures.support.synthetic_assessment import KEYS, LOOSE, NAMES, SIDES, assessment, motion, side
+from tests.figures.support.synthetic_assessment import (
+    KEYS,
+    LOOSE,
+    NAMES,
+    NAN,
+    SIDES,
+    assessment,
+    motion,
+    side,
+)
+
+QUIET = {"traits": np.array([0, 0, 0]), "separations": np.array([0.0]), "impact_speed": np.array([0.0])}
 
 
 def test_forces_stand_by_their_joints_though_the_answers_order_them_otherwise():
@@ -45,14 +57,14 @@ def test_the_page_says_where_the_motion_changes_and_where_not():
     lines = [re.sub(" +", " ", line.strip()) for line in page(assessment()).splitlines()]
     grazing = "below: contact is kept 150.00 ± 0.15 µm 25 % 148.5 µm and 151.5 µm grazing of the orbit"
     assert grazing in lines
-    assert "below: not met up to 100 µm: period 1 is lost, chaos begins" in lines
+    assert "below: not met down to 100 µm: period 1 is lost, chaos begins" in lines
     doubled = "above: period 1 is lost 260.00 ± 0.26 µm 30 % 257.4 µm and 262.6 µm period doubling"
     assert doubled in lines
     assert "above: not met up to 300 µm, where it stopped: step_limit: contact is kept" in lines
     assert any(line.startswith("above: chaos begins 4.5000 ± 0.0045 (") for line in lines)
     jump = next(line for line in lines if line.endswith("rpm) 33.3 % 3.96 and 4.04 fold of the orbit"))
     assert jump.startswith("above: the motion ends in a fold and jumps to another 4.0")
-    assert any(line.endswith("settled motions; as at present again at 5.5") for line in lines)
+    assert any(line.endswith("settled motions; back to the present behaviour at 5.5") for line in lines)
     assert (
         "motions looked at: 50 values below, 1.4 % apart on average; 50 values above, 0.81 % apart on average"
         in lines
@@ -77,14 +89,90 @@ def test_the_page_says_what_the_verdict_hangs_on():
     assert band in lines
 
 
+@pytest.mark.parametrize(
+    ("load", "told"),
+    [
+        (None, "too stiff: that is its stiffness at 900 N"),
+        ("35 N", None),
+        ("3 N", "too soft: that is its stiffness at 3 N"),
+        ("5 N", None),
+    ],
+)
+def test_a_stiffness_at_another_force_than_the_joint_carries_is_named(load, told):
+    """Ideal joint B carries 12 N; a pressure of 5 MPa on its bush is 900 N."""
+    contact = {"pin": "steel", "bush": "bronze", "length": "12 mm"} | ({"load": load} if load else {})
+    mechanism = jp.catalog.chunmei2002(clearance=2e-4, gear_ratio=3.0)
+    mechanism = mechanism.varied({"joints.B.radius": 0.0075, "joints.B.contact": contact})
+    found = assessment(mechanism=mechanism)
+    lines = [line.strip() for line in page(found).splitlines()]
+    rest = ', an ideal joint carries 12 N at most; write load = "12 N" beside pin and bush'
+    assert [line for line in lines if line.startswith("too ")] == ([told + rest] if told else [])
+
+
 def test_the_page_says_what_to_do():
     lines = [re.sub(" +", " ", line.strip()) for line in page(assessment()).splitlines()]
-    assert "radial clearance of joint B, below not met up to 20 µm" in lines
-    change = "280 µm 40 % touches → hammers 20 N → 30 N 1.6 → 3.1 50 mm/s → 120 mm/s"
+    assert "radial clearance of joint B, below not met down to 20 µm" in lines
+    change = "about 280 µm 40 % touches → hammers 20 N → 30 N 1.6 → 3.1 50 mm/s → 120 mm/s"
     assert f"radial clearance of joint B, above {change}" in lines
     best = "of single changes, half the radial clearance of joint B helps most"
     assert f"{best}: it lowers the largest force" in lines
     assert "from 2.2 to 1 times that of ideal joints" in lines
+
+
+def edge_at(ratio, before, after):
+    """Places beside the edge of contact, as a change of the grade."""
+    return np.array([[ratio, mark, 10.0, 1.2, 0.001, BY.index("edge")] for mark in (before, after)])
+
+
+@pytest.mark.parametrize(("edge", "nearer"), [(1.2, True), (1.5, False), (1.4, True), (1.409, True)])
+def test_the_grade_changes_at_the_nearer_one_of_an_edge_and_what_is_found_among_values(edge, nearer):
+    """Among values it is found between 1.39 and 1.4 times the present one; what lies so close is the same."""
+    coarse = np.array([[1.39, 0, 10.0, 1.2, 0.0, 1], [1.4, 1, 11.0, 1.3, 0.002, 1]])
+    found, missing = edge_at(edge, 0, 1), np.array([coarse[0], np.full(6, np.nan)])
+    assert first_change(coarse, found) is (found if nearer else coarse)
+    below = coarse ** np.array([-1, 1, 1, 1, 1, 1])
+    assert first_change(below, edge_at(1 / edge, 0, 1))[1, 0] == (1 / edge if nearer else 1 / 1.4)
+    assert first_change(missing, found) is found
+    assert first_change(coarse, None) is coarse
+
+
+def test_both_parts_of_the_page_say_one_value():
+    """Among values the grade changes at 280 µm; the edge, at which it does, lies nearer."""
+    near = side(3e-4, (2.1e-4, NAN, NAN), ("grazing", "not_met", "not_met"))
+    near["beside"] = edge_at(1.05, 0, 1)
+    text = page(assessment(sides=[SIDES[2], near, *SIDES[2:]], **QUIET))
+    lines = [re.sub(" +", " ", line.strip()) for line in text.splitlines()]
+    change = "210 µm 5 % quiet → touches 10 N → 10 N 1.2 → 1.2 1 mm/s → 1 mm/s"
+    assert f"radial clearance of joint B, above {change}" in lines
+    lost = "Contact is lost at: radial clearance of joint B above 210 µm;"
+    assert any(line.startswith(lost) for line in lines)
+
+
+def test_what_is_found_among_values_alone_says_so():
+    text = page(assessment(sides=4 * [{"status": 7}], settled=0, **QUIET))
+    told = "radial clearance of joint B above about 280 µm, not settled; gear ratio above about 6"
+    assert f"Contact is lost at: {told} (about: among 49 values, not refined)." in text
+    assert (
+        "about, not met: among 49 values, not refined; a narrow range with another grade may lie nearer"
+        in text
+    )
+    assert "not settled" not in page(assessment())
+
+
+def test_a_harder_grade_farther_on_is_named():
+    found = assessment()
+    assert "hammers at" not in page(found)
+    found["curve_grade"][1, 10] = 3
+    told = f"gear ratio, below: hammers at {3 * ratios(KEYS[1])[10]:.3f}"
+    assert f"{told}\n" in page(found)
+    found["curve_period"][1, 10] = 0
+    assert f"{told}, not seen to repeat\n" in page(found)
+
+
+def test_contact_lost_in_another_motion_than_the_one_followed_is_named():
+    text = page(assessment(sides=[SIDES[2], side(3e-4), side(1.5), side(6.0)], **QUIET))
+    told = "above: contact is lost at about 280 µm in a motion begun anew"
+    assert f"{told}: in a narrow range, or beside the one followed" in text
 
 
 def test_it_says_how_slowly_a_motion_settles_and_why():
@@ -118,17 +206,20 @@ def test_what_the_budget_did_not_reach_is_named():
 
 def test_a_side_that_was_cut_short_says_how_far_it_came():
     text = page(assessment(sides=[side(1.5e-4, status=7), *SIDES[1:]]))
-    assert "below: not met up to 150 µm (not looked at beyond): contact is kept, period 1 is lost" in text
+    assert "below: not met down to 150 µm (not looked at beyond): contact is kept, period 1 is lost" in text
     assert "(the same command goes on with what was not looked at)" in text
 
 
-def test_three_lines_say_the_verdict_the_motion_and_where_contact_changes():
-    first, second, third = answer(assessment()).splitlines()
+def test_five_lines_say_the_verdict_the_motion_what_it_hangs_on_where_it_changes_and_what_to_do():
+    first, second, band, third, last = answer(assessment()).splitlines()
     assert first.startswith(
         "Rattles: joint B loses contact twice a turn and hits at 50 mm/s; the largest force is"
     )
     assert second.endswith("the motion repeats every turn, contact is lost in each")
     assert third == "Contact is kept at: radial clearance of joint B below 150 µm; gear ratio above 5"
+    assert band.startswith("band: the largest force at B is 20 N to 30 N")
+    best = "of single changes, half the radial clearance of joint B helps most: it lowers the largest force"
+    assert last == f"{best} from 2.2 to 1 times that of ideal joints"
     assert str(jp.summary(assessment())) == answer(assessment())
 
 
@@ -136,8 +227,8 @@ def test_a_chaotic_motion_is_told_by_its_exponent():
     more = {"section_exponent_per_turn": 1.5, "section_standard_error_per_turn": 0.07}
     text = page(assessment(period=0, traits=np.array([1, 1, 1]), **more))
     assert "the motion is chaotic, largest exponent of the section map +1.500 ± 0.070 per turn" in text
-    assert "below: chaotic at each of the 50 values up to 100 µm, 400 turns later too" in text
-    assert "below: chaotic at 48 of the 50 values up to 1.5, 400 turns later too" in text
+    assert "below: chaotic at each of the 50 values down to 100 µm, 400 turns later too" in text
+    assert "below: chaotic at 48 of the 50 values down to 1.5, 400 turns later too" in text
     assert "above: chaos ends" in text
     assert "chaos begins" not in text
     assert "not known to be chaotic" in page(assessment(period=0, traits=np.array([1, 1, 0]), **more))

@@ -205,7 +205,7 @@ def driven(call: Callable[[], T], run: Callable[[Work], Read] | None, show: Show
 
 
 def shown(dataset: Callable[[], Any], part: int) -> None:
-    """Show the part of this number, which is final, of an answer that is made so far."""
+    """Show the part of this number of an answer that is made so far; once more where it has changed."""
     if (show := _show.get()) is not None:
         show(dataset(), part)
 

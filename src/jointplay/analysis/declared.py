@@ -34,7 +34,7 @@ class Outputs:
     coords, variables : dict of str to Out
         By name, in the order of the file.
     answer : callable, optional
-        Gives the answer of a result in one to three lines.
+        Gives the answer of a result in one to five lines.
     verdict : str or callable, optional
         The answer of each cell of a sweep in a word: a variable of codes, or a function of the sweep.
     shown : mapping of str to str

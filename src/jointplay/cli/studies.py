@@ -65,13 +65,13 @@ def _free(study, arguments: Namespace, share=None, fresh: bool = False) -> Path:
 def _completed(study, out: Path, pool, share=None, fresh: bool = False, note=say, text=None):
     """Compute a study with a bar of its progress; an interruption prints the way to go on.
 
-    `note` takes lines of the report; `text` makes one of a part of the answer, printed when it is final.
+    `note` takes lines of the report; `text` makes one of a part of the answer, printed when it is known.
     """
     from jointplay.study.execute import Undrawn, complete, resume_hint
 
     try:
         with Progress(study.record.name) as progress:
-            show = text and partial(_print_part, text, progress)
+            show = text and partial(_print_part, text, progress, {})
             return complete(study, out, pool, progress, fresh=fresh, share=share, say=note, show=show)
     except Undrawn:
         raise
@@ -79,10 +79,12 @@ def _completed(study, out: Path, pool, share=None, fresh: bool = False, note=say
         raise KeyboardInterrupt(*resume_hint(study, out, share)) from None
 
 
-def _print_part(text, progress: Progress, dataset, number: int) -> None:
-    """Print a part of an answer above the bar."""
-    with progress.aside():
-        say(text(dataset, number))
+def _print_part(text, progress: Progress, printed: dict[int, str], dataset, number: int) -> None:
+    """Print a part of an answer above the bar, unless it stands there already."""
+    if printed.get(number) != (made := text(dataset, number)):
+        with progress.aside():
+            say(made)
+    printed[number] = made
 
 
 def _finished(outcome, options: dict, no_figure: bool) -> int:

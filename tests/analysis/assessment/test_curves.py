@@ -7,8 +7,12 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.assessment import curves
+from jointplay.analysis.assessment.assess import first_change, sided
+from jointplay.analysis.assessment.edges import Search
+from jointplay.analysis.assessment.page import BY
 from jointplay.analysis.assessment.settled import plan, present
 from jointplay.analysis.quantities import STATUS
+from jointplay.solver.mechanism.catalog.preset_parts import fixed, joined, on
 
 pytestmark = pytest.mark.long  # the first one compiles for six seconds
 HOW = plan(40, 32, 60, 1e-7, None)
@@ -60,6 +64,85 @@ def test_forces_along_a_curve_are_those_of_a_settled_motion_run_directly(here, k
         ideal = jp.simulate(place.replace(clearance=0.0), turns=1, rtol=1e-10, samples_per_turn=5000)
         by_name = dict(zip(ideal["pin"].values, ideal["largest_reaction"].values, strict=True))
         np.testing.assert_allclose(row["ideal"], [by_name[name] for name in row["names"]], rtol=1e-6)
+
+
+@pytest.fixture(scope="module")
+def press():
+    """A crank-rocker of steel bars: contact is lost from 27.68 to 29.75 µm, between two values of a curve."""
+    sizes = {"crank": 0.04, "coupler": 0.16, "rocker": 0.11}
+    bar = {"bar": {"width": 0.02, "thickness": 0.01}, "material": "steel"}
+    links = [jp.Link(name=name, length=length, shape=bar) for name, length in sizes.items()]
+    pins = {
+        "O": (on("crank"), fixed(0.0, 0.0)),
+        "A": (on("crank", 0.04), on("coupler")),
+        "B": (on("coupler", 0.16), on("rocker", 0.11)),
+        "C": (on("rocker"), fixed(0.17, 0.0)),
+    }
+    joints = joined(pins, "", radius=0.006, stiffness=1e7, damping=300.0, friction=0.1)
+    drive = jp.ConstantSpeed(link="crank", speed=10 * np.pi)
+    return jp.Mechanism(links=links, joints=joints, drive=drive).replace(clearance={"B": 3e-5})
+
+
+def test_an_edge_between_two_values_of_a_curve_is_where_the_grade_changes(press):
+    """With the numbers of direct runs on both sides of it."""
+    here = present(press, None, HOW)
+    scene = curves.Scene(here, KEY, None, 20, HOW)
+    where = np.array([25e-6, 27.25e-6, 30e-6, 31e-6, 32e-6]) / 3e-5
+    coarse = scene.change(scene.rows(where[:3]) + scene.rows(where[3:]), where, -1)
+    assert 3e-5 * coarse[:, 0] == pytest.approx([25.2e-6, 25.2e-6], rel=5e-3)
+    found = sided(press, here.plain(), KEY, "below", Search(1.02, 0.005, 1e-3), 20, HOW, 1e6, {})
+    change = first_change(coarse, found["beside"])
+    assert change[:, 0] == pytest.approx([29.7511e-6 / 3e-5] * 2, rel=1e-5)
+    assert change[:, 1].tolist() == [0, 1]
+    for factor, (*_, force, ratio, hit, _) in zip((1.005, 0.995), change, strict=True):
+        run = jp.simulate(press.varied({KEY: factor * 29.7511e-6}), transient=100, turns=2, rtol=1e-9)
+        assert force == pytest.approx(float(run["largest_force"][0]), rel=1e-3)
+        speeds = np.abs(run["event_normal_velocity"].values[jp.words(run)["event_kind"].values == "contact"])
+        assert (speeds.size > 0) == (hit > 0) == (factor < 1)
+        assert hit == pytest.approx(speeds.max(initial=0.0), rel=1e-3)
+        assert 1.2 < ratio < 1.4
+
+
+class Graded(curves.Scene):
+    """Grades over a parameter: 3 from 1.2 times the present value on, of motions that have not settled.
+
+    They become 0, or 2 from `far` on.
+    """
+
+    def __init__(self, far):
+        self.far = far
+
+    def row(self, ratio, settled):
+        mark = 0 if ratio < (self.far if settled else 1.2) else 2 if settled else 3
+        peak, hit = np.array([ratio]), np.zeros(1)
+        return {
+            "grade": mark,
+            "peak": peak,
+            "ideal": peak,
+            "impact_speed": hit,
+            "settled": settled or not mark,
+        }
+
+    def _row_at(self, ratio):
+        return self.row(ratio, False)
+
+    def _longer(self, row):
+        row |= self.row(row["peak"][0], True)
+
+
+@pytest.mark.parametrize(("far", "end"), [(1.45, 1.45), (1.3, 1.3), (100.0, np.nan)])
+def test_a_grade_of_what_has_not_settled_is_asked_of_what_it_becomes(far, end):
+    scene, where = Graded(far), np.array([0.5, 0.7, 1.0, 1.25, 1.5])
+    rows = [scene.row(ratio, False) for ratio in where]
+    (inner, *_), (ratio, mark, *_, by) = scene.change(rows, where, 1)
+    if np.isnan(end):
+        assert np.isnan(ratio)
+        assert [row["grade"] for row in rows] == [0] * 5
+    else:
+        assert (inner, ratio) == pytest.approx((end, end), rel=0.01)
+        assert (mark, BY[int(by)]) == (2, "values")
+        assert inner < end <= ratio
+    assert rows[3]["settled"]
 
 
 def test_what_cannot_be_or_start_so_or_is_not_followed_is_a_status(here):

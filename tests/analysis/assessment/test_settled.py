@@ -13,7 +13,7 @@ from jointplay.analysis.assessment import settled as settled_module
 from jointplay.analysis.assessment.alternatives import hangs_on
 from jointplay.analysis.assessment.assess import assembled, assessed
 from jointplay.analysis.assessment.branch_walk import Branch, Place, Walk
-from jointplay.analysis.assessment.forces import _mean, _peak_error
+from jointplay.analysis.assessment.forces import SHOWN, _mean, _peak_error, _shown
 from jointplay.analysis.assessment.settled import (
     CHANGES,
     LASTING,
@@ -239,6 +239,18 @@ def test_the_error_of_a_largest_force_is_the_larger_of_two(forces, coarse, error
     largest = lambda given: given["reaction"].max(axis=0)  # noqa: E731
     fine = history(forces)
     assert _peak_error(largest, largest(fine), fine, history(coarse), 2.5).tolist() == [error]
+
+
+def test_what_is_shown_of_a_force_has_its_peak_and_its_lowest_values():
+    """A spike of a thousandth of a turn, in the second of three turns; the rest is a sine."""
+    times = np.sort(np.append(np.linspace(0.0, 3.0, 3 * 4096 + 1), 1.3 + np.array([0.0, 2e-4, 4e-4])))
+    sizes = 2.0 + np.sin(2 * np.pi * times)
+    sizes[np.searchsorted(times, 1.3 + 2e-4)] = 9.0
+    shown, share = _shown(times, sizes, 9.5, np.arange(4.0)), np.linspace(0.0, 1.0, 2 * SHOWN + 1)
+    assert share[np.argmax(shown)] == pytest.approx(0.3, abs=2 / SHOWN)
+    assert (shown.max(), shown.min()) == pytest.approx((9.5, 1.0), abs=1e-5)
+    usual = shown < 9.0
+    np.testing.assert_allclose(shown[usual], 2.0 + np.sin(2 * np.pi * share[usual]), atol=0.02)
 
 
 def test_the_error_of_a_mean_over_turns_is_that_of_its_scatter_and_of_its_samples():

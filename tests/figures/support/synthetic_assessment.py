@@ -10,6 +10,7 @@ from jointplay.analysis.assessment.assess import OUTPUTS, assembled
 from jointplay.analysis.assessment.curves import VALUES, ratios
 from jointplay.analysis.assessment.edges import HOW
 from jointplay.analysis.assessment.forces import SHOWN
+from jointplay.analysis.assessment.page import BY
 from jointplay.analysis.labels import ended
 
 KEYS = ("joints.B.clearance", "gear_ratio")
@@ -19,8 +20,13 @@ NAN = np.nan
 def motion(names, scale=1.0, **more):
     """Answer of a motion: the peak of each joint is a whole number of newtons, its error a tenth."""
     peak = scale * np.arange(10.0, 10.0 + len(names))
-    turn = np.abs(np.sin(np.linspace(0, 2 * np.pi, SHOWN + 1)))[:, None] * peak
-    given = {"names": names, "force": turn, "peak": peak, "peak_error": np.full(len(names), 0.1)}
+    turn = np.abs(np.sin(np.linspace(0, 2 * np.pi, 2 * SHOWN + 1)))[:, None] * peak
+    given = {
+        "names": names,
+        "force": turn,
+        "peak": peak,
+        "peak_error": np.full(len(names), 0.1),
+    }
     given |= {"section_exponent_per_turn": NAN, "section_standard_error_per_turn": NAN}
     given |= {"period": 1, "turn_period": 0.1, "drive_work": 0.031, "joint_work": 0.03}
     return {"status": 0, "trouble": ""} | given | more
@@ -72,8 +78,11 @@ def hung(count):
     return {"status": 0, "trouble": "", "names": NAMES} | texts | numbers
 
 
-def curved(key, far=NAN):
-    """Answer of a curve: the force over ideal ones is 1 below the present value, and its ratio above."""
+def curved(key, far=NAN, settled=1):
+    """Answer of a curve: the force over ideal ones is 1 below the present value, and its ratio above.
+
+    The grade changes at `far` times the present value, where a motion has `settled`; or none repeats.
+    """
     ratio = ratios(key)
     peak = np.maximum(ratio, 1.0)[:, None] * np.array([12.0, 10.0, 11.0, 13.0])
     values = {
@@ -86,20 +95,23 @@ def curved(key, far=NAN):
     values |= {
         "lost": lost,
         "grade": 2.0 * lost,
-        "period": np.ones(VALUES),
+        "period": np.where(ratio > far, settled, 1),
         "statuses": np.zeros(VALUES, dtype=int),
     }
     values |= {"impact_speed": 0.05 * lost[:, None]}
-    before, after = [1 / far, 1, 20.0, 1.6, 0.05], [far, 3, 30.0, 3.1, 0.12]
-    never = [ratio[0], 1, NAN, NAN, NAN], [NAN] * 5
+    before, after = (
+        [1 / far, 1, 20.0, 1.6, 0.05, 1],
+        [far, 3, 30.0, 3.1, 0.12, BY.index("values" if settled else "unsettled")],
+    )
+    never = [ratio[0], 1, NAN, NAN, NAN, 1], [NAN] * 6
     return {"status": 0, "trouble": ""} | values | {"change": np.array([never, [before, after]])}
 
 
-def assessment(now=None, sides=SIDES, **changes) -> xr.Dataset:
+def assessment(now=None, sides=SIDES, settled=1, mechanism=None, **changes) -> xr.Dataset:
     """Joint B with a clearance of 0.2 mm; the present motion's answer, or `changes` of it."""
-    mechanism = jp.catalog.chunmei2002(clearance=2e-4, gear_ratio=3.0)
+    mechanism = mechanism or jp.catalog.chunmei2002(clearance=2e-4, gear_ratio=3.0)
     now = now or motion(NAMES, 2.0, **({"motion": {"radius": 0.5}} | LOOSE | changes))
-    over = [curved(KEYS[0], 1.4), curved(KEYS[1], 2.0)]
+    over = [curved(KEYS[0], 1.4, settled), curved(KEYS[1], 2.0)]
     made = assembled(mechanism, KEYS, now, motion(["O", "A", "B", "C"]), hung(6), over, sides)
     told = {"step": 0.01, "lasting_turns": 400, "lasting_share": 0.01} | ended(int(now["status"]), 0.0)
     return made.assign(OUTPUTS.variables_of(told)[0])

@@ -20,10 +20,10 @@ from pydantic import Field
 
 from jointplay.analysis import rules
 from jointplay.analysis.assessment.alternatives import hangs_on, variants
-from jointplay.analysis.assessment.curves import END, VALUES, curve, ratios
+from jointplay.analysis.assessment.curves import END, VALUES, Scene, beside, curve, ratios
 from jointplay.analysis.assessment.edges import HOW, SIDES, Search, edges
 from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN, WORK, forces
-from jointplay.analysis.assessment.page import GRADES, UNKNOWN, answer, grade, largest, page
+from jointplay.analysis.assessment.page import BY, GRADES, PLACES, UNKNOWN, answer, grade, largest, page
 from jointplay.analysis.assessment.settled import CHANGES, LASTING, SLOW, Settled, Unsettled, plan, present
 from jointplay.analysis.cells import first_bad, growing, handed_out, shown, warm
 from jointplay.analysis.declared import Outputs
@@ -57,8 +57,10 @@ SHARES = {  # of the work, about, that is done before and after each round: of a
 }
 HOUR = 3600.0
 OVER = ("parameter", "side", "change")
+BALANCE = "equal to ``joint_work`` and ``drive_work`` where nothing else takes energy"
+LENGTH = "where a bearing's length is given"
+SHARES_OF = "lowest and highest of each 512th of the turn with the largest"
 CHANGED = (*OVER[:2], "place")
-PLACES = ("before", "after")
 GRADED = (*GRADES, UNKNOWN)
 TOLD = ("no", "yes", UNKNOWN)
 LOSSES = {
@@ -90,21 +92,17 @@ OUTPUTS = Outputs(
         "ideal_peak_force": Out("joint", "largest joint force of the ideal mechanism", "N"),
         "ideal_peak_force_error": Out("joint", "error of the ideal one", "N"),
         "force_ratio": Out("joint", "largest joint force over the ideal mechanism's"),
-        "joint_force": Out(("turn_share", "joint"), "joint force", "N"),
-        "ideal_joint_force": Out(("turn_share", "joint"), "joint force, ideal mechanism", "N"),
+        "joint_force": Out(("turn_share", "joint"), "joint force", "N", SHARES_OF),
+        "ideal_joint_force": Out(("turn_share", "joint"), "joint force, ideal mechanism", "N", SHARES_OF),
         "clearance": Out("joint", "radial clearance", "m"),
         "contact_data": Out("joint", "contact law with its numbers, and friction", ""),
+        "stiffness_load": Out("joint", "force at which stiffness follows from pin and bush", "N"),
         "friction_coefficient": Out("joint", "coefficient of friction of a joint with clearance"),
     }
     | CONTACTS
     | {
         "sliding_work_per_hour": Out("joint", "normal force times sliding distance per hour", "J"),
-        "contact_pressure": Out(
-            "joint",
-            "largest force over the bearing's projected area",
-            "Pa",
-            "where a bearing's length is given",
-        ),
+        "contact_pressure": Out("joint", "largest force over the bearing's projected area", "Pa", LENGTH),
         "grade": Out((), "grade of the present motion", flags=GRADED, missing=UNKNOWN),
         "period": Out((), "period in turns, 0 for none"),
         "section_exponent_per_turn": Out((), "largest exponent of the section's map, per turn"),
@@ -113,23 +111,14 @@ OUTPUTS = Outputs(
         "crank_speed": Out((), "mean speed of the crank", "rad s-1"),
         "drive_work": Out((), "work of the drive in a turn", "J"),
         "joint_work": Out((), "work taken in by the contacts in a turn", "J"),
-        "joint_loss": Out(
-            (),
-            "sum of the losses in normal contact and friction",
-            "J",
-            "equal to ``joint_work`` and ``drive_work`` where nothing else takes energy",
-        ),
+        "joint_loss": Out((), "sum of the losses in normal contact and friction", "J", BALANCE),
         "joint_loss_error": Out((), "error of the sum of the losses", "J"),
         "present": Out("change", "present motion", flags=("no", "yes", "unknown")),
         "edge_ratio": Out(OVER, "where it changes, as a multiple of the present value"),
         "edge_ratio_error": Out(OVER, "its error"),
         "bracket_low": Out(OVER, "lower end of its bracket"),
         "bracket_high": Out(OVER, "upper end of its bracket"),
-        "return_ratio": Out(
-            OVER,
-            "where it is first found as at present again, beyond the change",
-            about="of the values looked at; NaN: not met",
-        ),
+        "return_ratio": Out(OVER, "where it is first as at present again", about="NaN: not met"),
         "edge_speed": Out(OVER, "nominal speed of the crank there", "rad s-1"),
         "present_value": Out("parameter", "present value, in the units of parameter_units"),
         "parameter_units": Out("parameter", "units of the parameter"),
@@ -145,10 +134,7 @@ OUTPUTS = Outputs(
                 ("chaos", "whether it is chaotic"),
             )
         },
-        "window_low": Out(
-            (*OVER[:2], "window"),
-            "lower end of a window narrower than an edge, as a multiple of the present value",
-        ),
+        "window_low": Out((*OVER[:2], "window"), "low end of a narrow window, as a multiple of present"),
         "window_high": Out((*OVER[:2], "window"), "its upper end"),
         "window_period": Out((*OVER[:2], "window"), "period of the motion in the window, turns; 0 for none"),
         "variant_quantity": Out("variant", "contact data that is changed", ""),
@@ -156,34 +142,24 @@ OUTPUTS = Outputs(
         "variant_peak_force": Out(("variant", "joint"), "largest joint force with other contact data", "N"),
         "variant_separations": Out(("variant", "joint"), "separations in a turn with other contact data"),
         "variant_impact_speed": Out(
-            ("variant", "joint"),
-            "largest normal speed with which contact begins, with other contact data",
-            "m s-1",
+            ("variant", "joint"), "largest impact speed with other contact data", "m s-1"
         ),
         "variant_period": Out("variant", "period with other contact data in turns, 0 for none seen"),
         "variant_grade": Out("variant", "grade with other contact data", flags=GRADED, missing=UNKNOWN),
         "variant_status": Out("variant", "how the run with other contact data ended", flags=STATUS),
         "curve_ratio": Out(("parameter", "value"), "value, as a multiple of the present one"),
         "curve_peak_force": Out(("parameter", "value", "joint"), "largest joint force there", "N"),
-        "curve_ideal_peak_force": Out(
-            ("parameter", "value", "joint"), "largest joint force of the ideal mechanism there", "N"
-        ),
-        "curve_impact_speed": Out(
-            ("parameter", "value", "joint"), "largest normal speed with which contact begins there", "m s-1"
-        ),
+        "curve_ideal_peak_force": Out(("parameter", "value", "joint"), "ideal joints' largest force", "N"),
+        "curve_impact_speed": Out(("parameter", "value", "joint"), "largest impact speed there", "m s-1"),
         "curve_period": Out(("parameter", "value"), "period there in turns, 0 for none seen"),
         "curve_grade": Out(("parameter", "value"), "grade there", flags=GRADED, missing=UNKNOWN),
         "curve_status": Out(("parameter", "value"), "how the run there ended", flags=STATUS),
-        "grade_change_ratio": Out(
-            CHANGED,
-            "last value with the present grade and first one with another, as a multiple of the present",
-        ),
+        "grade_change_ratio": Out(CHANGED, "value beside the change, as a multiple of the present one"),
+        "grade_change_by": Out(CHANGED, "by what the grade's change is known", flags=BY, missing=UNKNOWN),
         "grade_change_grade": Out(CHANGED, "grade there", flags=GRADED, missing=UNKNOWN),
         "grade_change_force": Out(CHANGED, "largest force there, of the joint with the largest ratio", "N"),
         "grade_change_force_ratio": Out(CHANGED, "its ratio to the ideal mechanism's"),
-        "grade_change_impact_speed": Out(
-            CHANGED, "largest normal speed with which contact begins there", "m s-1"
-        ),
+        "grade_change_impact_speed": Out(CHANGED, "largest impact speed there", "m s-1"),
         "found_by": Out(OVER, "how it was found", flags=HOW),
         "side_status": Out(OVER[:2], "why no further values were looked at", flags=STATUS),
         "preparation": Out((), "time to compile or load functions", "s"),
@@ -301,10 +277,12 @@ def assess(  # noqa: D417 (nobody gives it the model)
     now, like = rounds.answers(assessed, [first | {"mechanism": each} for each in (mechanism, ideal)])
     shared = {"mechanism": mechanism, "how": how, "motion": now.get("motion")}
     search = Search(reach, step, accuracy, lasting)
+    shared["turns"] = turns
+    along = [shared | {"key": key, "start": initial} for key in keys]
     later = (
-        (hung, [shared | {"turns": turns}]),
-        (curved, [shared | {"key": key, "start": initial, "turns": turns} for key in keys]),
-        (sided, [shared | {"key": key, "side": side, "search": search} for key in keys for side in SIDES]),
+        (hung, [shared]),
+        (curved, along),
+        (sided, [each | {"side": side, "search": search} for each in along for side in SIDES]),
     )
     known = [[{"status": NOT_RUN}] * len(cells) for _, cells in later]
 
@@ -320,6 +298,8 @@ def assess(  # noqa: D417 (nobody gives it the model)
     rounds.shares = SHARES[_kind(now)]
     for number, (function, cells) in enumerate(later):
         known[number] = rounds.answers(function, cells, now)
+        if number == len(later) - 1:
+            shown(made, number)  # once more: edges may be nearer than what is found by curves
         shown(made, number + 1)
     return made()
 
@@ -417,12 +397,22 @@ def sided(
     key: str,
     side: str,
     search: Search,
+    turns: int,
     how: Any,
     limit: float,
     known: Answer,
+    **_: Any,
 ) -> Answer:
-    """Answer of a cell: changes on one side of a parameter."""
-    return _timed(limit, edges, Settled.of(mechanism, motion), key, side, search, how, known)
+    """Answer of a cell: changes on one side of a parameter, and the motions beside the edge of contact."""
+    here = Settled.of(mechanism, motion)
+
+    def found() -> Answer:
+        answer = edges(here, key, side, search, how, known)
+        scene = Scene(here, key, here.end, turns, how)
+        edge = answer["edge"][CHANGES.index("contact_loss")] / scene.present
+        return answer | {"beside": beside(scene, edge, search.step)} if math.isfinite(edge) else answer
+
+    return _timed(limit, found)
 
 
 def assembled(
@@ -438,11 +428,11 @@ def assembled(
     joints = [joint.name for joint in mechanism.joints]
     values = _forces(joints, now, ideal) | _contacts(mechanism, joints, now) | _motion(now)
     values |= _graded(mechanism, values) | _variants(mechanism, joints, other, values["ideal_peak_force"])
-    values |= _curves(joints, keys, over) | _edges(mechanism, keys, sides)
+    values |= _curves(joints, keys, over) | _grade_changes(over, sides) | _edges(mechanism, keys, sides)
     labels = {"joint": joints, "parameter": list(keys), "side": list(SIDES), "change": list(CHANGES)}
     labels["place"] = list(PLACES)
     values |= {name: np.array(each, dtype=str) for name, each in labels.items()}
-    return OUTPUTS.dataset(values | {"turn_share": np.linspace(0, 1, SHOWN + 1)})
+    return OUTPUTS.dataset(values | {"turn_share": np.linspace(0, 1, 2 * SHOWN + 1)})
 
 
 def _on(joints: list[str], answer: Answer, key: str, rows: int | None = None) -> np.ndarray:
@@ -462,8 +452,8 @@ def _forces(joints: list[str], now: Answer, ideal: Answer) -> dict[str, Any]:
         "ideal_peak_force": like,
         "ideal_peak_force_error": _on(joints, ideal, "peak_error"),
         "force_ratio": peak / like,
-        "joint_force": _on(joints, now, "force", SHOWN + 1),
-        "ideal_joint_force": _on(joints, ideal, "force", SHOWN + 1),
+        "joint_force": _on(joints, now, "force", 2 * SHOWN + 1),
+        "ideal_joint_force": _on(joints, ideal, "force", 2 * SHOWN + 1),
     }
 
 
@@ -472,6 +462,9 @@ def _contacts(mechanism: Mechanism, joints: list[str], now: Answer) -> dict[str,
     data = [_contact_data(joint) if joint else "" for joint in loose]
     friction = [getattr(joint.friction, "coefficient", 0.0) if joint else np.nan for joint in loose]
     found: dict[str, Any] = {"contact_data": np.array(data), "friction_coefficient": np.array(friction)}
+    found["stiffness_load"] = np.array(
+        [joint.data.load if joint and joint.data else np.nan for joint in loose]
+    )
     found["clearance"] = np.array([joint.clearance for joint in mechanism.joints])
     found |= {name: _on(joints, now, name) for name in CONTACTS}
     found["sliding_work_per_hour"] = found["sliding_work"] * HOUR / now.get("turn_period", np.nan)
@@ -558,7 +551,6 @@ def _curves(joints: list[str], keys: Sequence[str], over: Sequence[Answer]) -> d
         found[f"curve_{new}"] = np.array([_on(joints, each, old, VALUES) for each in over])
     period, marks = np.full(shape, np.nan), np.full(shape, GRADED.index(UNKNOWN))
     statuses = np.full(shape, NOT_RUN)
-    changes = np.full((len(keys), len(SIDES), len(PLACES), len(END)), np.nan)
     for i, each in enumerate(over):
         if each["status"]:
             statuses[i] = each["status"]
@@ -566,11 +558,30 @@ def _curves(joints: list[str], keys: Sequence[str], over: Sequence[Answer]) -> d
         statuses[i], period[i] = each["statuses"], each["period"]
         known = np.isfinite(np.asarray(each["grade"], dtype=float))
         marks[i, known] = np.asarray(each["grade"])[known]
-        changes[i] = each["change"]
-    found |= {"curve_period": period, "curve_grade": marks, "curve_status": statuses}
-    found |= {f"grade_change_{name}": changes[..., n] for n, name in enumerate(END)}
-    mark = found["grade_change_grade"]
-    return found | {"grade_change_grade": np.where(np.isnan(mark), GRADED.index(UNKNOWN), mark)}
+    return found | {"curve_period": period, "curve_grade": marks, "curve_status": statuses}
+
+
+def _grade_changes(over: Sequence[Answer], sides: Sequence[Answer]) -> dict[str, Any]:
+    """Where the grade first changes on each side of each parameter, and by what it is known."""
+    none = np.full((len(SIDES), len(PLACES), len(END)), np.nan)
+    coarse = np.concatenate([each.get("change", none) for each in over])
+    nearest = [first_change(each, side.get("beside")) for each, side in zip(coarse, sides, strict=True)]
+    columns = np.moveaxis(np.reshape(nearest, (len(over), *none.shape)), -1, 0)
+    found = {f"grade_change_{name}": column for name, column in zip(END, columns, strict=True)}
+    for name, words in (("grade_change_grade", GRADED), ("grade_change_by", BY)):
+        found[name] = np.where(np.isnan(found[name]), words.index(UNKNOWN), found[name])
+    return found
+
+
+def first_change(coarse: np.ndarray, edge: np.ndarray | None) -> np.ndarray:
+    """The nearer one of a change of the grade among a curve's values and of the edge of contact.
+
+    Both as the places before and after it. No farther apart than the former's two they are the same.
+    """
+    if edge is None:
+        return coarse
+    (before, far), (_, there) = (np.abs(np.log(each[:, END.index("ratio")])) for each in (coarse, edge))
+    return coarse if far + (far - before) < there else edge
 
 
 def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import chain
 from typing import Any
@@ -21,8 +22,8 @@ import numpy as np
 
 from jointplay.analysis.assessment.branch_walk import Branch, Walk
 from jointplay.analysis.assessment.forces import columns, forces
-from jointplay.analysis.assessment.page import grade, largest
-from jointplay.analysis.assessment.settled import SLOW, Settled, Unsettled, approached, on_orbit
+from jointplay.analysis.assessment.page import BY, grade, largest
+from jointplay.analysis.assessment.settled import SLOW, Settled, Unsettled, approached, on_orbit, reached
 from jointplay.analysis.cells import guarded
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.starts import moved, placed
@@ -30,7 +31,7 @@ from jointplay.analysis.sweeps.attractor import Plan, settle_together
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section
-from jointplay.solver.motion.progress import stands
+from jointplay.solver.motion.progress import OutOfTime, stands
 
 VALUES = 49  # the present one in the middle
 SPANS = {"clearance": 10.0}  # reach of a curve by the parameter's last word, as a factor
@@ -42,8 +43,9 @@ REPEATED = 1 + 1 / 64  # periods recorded where the motion repeats
 PER_TURN, SMOOTH = 2048, 512  # samples of a turn; of ideal joints
 HALVED = 5  # steps to a change of the grade
 FARTHER = 10.0  # times the reach of a curve: as far a change of the grade is looked for, by doubling
+BRIEFLY = 0.3  # of the turns over which the present motion's exponent is averaged
 STEP = 0.005  # of the logarithm, the shortest with which an orbit is followed
-END = ("ratio", "grade", "force", "force_ratio", "impact_speed")  # of a place: the last three are the largest
+END = ("ratio", "grade", "force", "force_ratio", "impact_speed", "by")  # of a place; forces: the largest
 Spot = tuple[float, dict[str, Any]]  # a ratio, and what is known there
 
 
@@ -69,7 +71,7 @@ def curve(here: Settled, key: str, start: Any, turns: int, how: Plan) -> dict[st
     where, name = ratios(key), f"forces over the {Parameter(here.mechanism, key).noun}"
     middle = len(where) // 2
     stands(0.0, name)
-    above = scene.rows(where[middle:])
+    above = [scene.of(here), *scene.rows(where[middle + 1 :])]
     scene.outward()
     stands(0.4, name)
     rows = scene.rows(where[:middle][::-1])[::-1] + above
@@ -89,6 +91,7 @@ class Scene:
     def __init__(self, here: Settled, key: str, start: Any, turns: int, how: Plan):
         self.mechanism, self.key = here.mechanism, key
         self.start, self.turns, self.how = start, turns, replace(how, **LATER)
+        self.longer = replace(how, exponents=1, lyapunov_turns=max(round(BRIEFLY * how.lyapunov_turns), 1))
         self.present = float(Parameter(self.mechanism, key).value)
         self.branch = Branch(self.mechanism, key, max(here.period, 1), how.max_steps)
         self.slow, self.ideal = here.radius > SLOW, {}
@@ -141,6 +144,12 @@ class Scene:
         turns = REPEATED * motion.period or self.turns
         return forces(motion, turns, self.how, per_turn, brief=True, model=model)
 
+    def of(self, motion: Settled) -> dict[str, Any]:
+        """What is known of a motion that has been followed."""
+        answer = {"status": 0, "mechanism": motion.mechanism, "motion": motion, "model": None}
+        value = float(Parameter(motion.mechanism, self.key).value)
+        return self._row(value, answer, self._ideal([answer])[0])
+
     def _row(self, value: float, answer: dict[str, Any], ideal: dict[str, float]) -> dict[str, Any]:
         if answer["status"]:
             return {"status": answer["status"]}
@@ -155,7 +164,8 @@ class Scene:
         lost = motion.traits["contact_loss"] or bool(np.any(found["separations"] > 0))
         row = {name: found[name] for name in ("names", "peak", "period", "impact_speed")}
         mark = float(grade(lost, largest(found["peak"] / like), float(np.max(found["impact_speed"]))))
-        return row | {"status": 0, "lost": lost, "ideal": like, "grade": mark}
+        row |= {"status": 0, "lost": lost, "ideal": like, "grade": mark, "motion": motion}
+        return row | {"settled": bool(motion.period or motion.traits["chaos"])}
 
     def _on_orbit(self, value: float, motion: Settled) -> Settled | None:
         """The present orbit followed to a value, if a motion approaches it there however slowly."""
@@ -177,7 +187,8 @@ class Scene:
     def change(self, rows: list[dict[str, Any]], where: np.ndarray, way: int) -> np.ndarray:
         """The last place with the present grade on a side, and the first with another one, as `END`.
 
-        The second one is NaN where it is not met.
+        The second one is NaN where it is not met. Where the change seems to be to a motion that has not
+        settled, those are followed longer; so is that of the row, which may be as before then.
         """
         known = [*zip(map(float, where), rows, strict=True)][len(where) // 2 :: way]
         inner, end = known[0], known[-1][0]
@@ -186,14 +197,27 @@ class Scene:
             if "grade" not in row or "grade" not in inner[1]:
                 break
             if row["grade"] != inner[1]["grade"]:
-                return np.array([_end(*place) for place in self._halved(inner, (ratio, row))])
+                found = self._halved(inner, (ratio, row))
+                if not found[1][1]["settled"]:
+                    self._longer(row)
+                    found = self._halved(inner, (ratio, row), longer=True)
+                if row["grade"] != inner[1]["grade"]:
+                    return np.array([_end(*place) for place in found])
             inner = ratio, row
         return np.array([_end(*inner), np.full(len(END), np.nan)])
 
-    def _halved(self, inner: Spot, outer: Spot) -> tuple[Spot, Spot]:
+    def _longer(self, row: dict[str, Any]) -> None:
+        """Put what its motion becomes in the place of a row, where it has not settled."""
+        if not row.get("settled", True):
+            with suppress(Unsettled):
+                row |= self.of(reached(row["motion"].mechanism, row["motion"].end, self.longer))
+
+    def _halved(self, inner: Spot, outer: Spot, longer: bool = False) -> tuple[Spot, Spot]:
         for _ in range(HALVED):
             between = math.sqrt(inner[0] * outer[0])
             row = self._row_at(between)
+            if longer:
+                self._longer(row)
             if "grade" not in row:
                 break
             same = row["grade"] == inner[1]["grade"]
@@ -210,10 +234,22 @@ def _begun(mechanism: Mechanism, changes: Any, start: Any, section: Section) -> 
     return {"status": 0, "mechanism": place, "model": placed(place, start, section), "motion": None}
 
 
+def beside(scene: Scene, edge: float, step: float) -> np.ndarray:
+    """An edge as a change of the grade, with motions a step before and after it, as far as there is time."""
+    found = np.full((2, len(END)), np.nan)
+    away = math.log(edge)
+    with suppress(OutOfTime):
+        rows = scene.rows(np.exp(np.sign(away) * np.maximum(abs(away) + step * np.array([-1, 1]), 0.0)))
+        found = np.array([_end(edge, row) for row in rows])
+    found[:, [END.index("ratio"), END.index("by")]] = edge, BY.index("edge")
+    return found
+
+
 def _end(ratio: float, row: dict[str, Any]) -> np.ndarray:
     """Numbers of a place, in the order of `END`."""
     if "grade" not in row:
         return np.array([ratio, *np.full(len(END) - 1, np.nan)])
     ratios = row["peak"] / row["ideal"]
     i = int(np.nanargmax(ratios)) if np.isfinite(ratios).any() else 0
-    return np.array([ratio, row["grade"], row["peak"][i], ratios[i], np.max(row["impact_speed"])])
+    by = BY.index("values" if row["settled"] else "unsettled")
+    return np.array([ratio, row["grade"], row["peak"][i], ratios[i], np.max(row["impact_speed"]), by])

@@ -35,7 +35,7 @@ from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import Event
 from jointplay.solver.motion.trajectory import Records, Request, follow
 
-SAMPLES, SHOWN = 4096, 512  # of a turn: evaluated, and kept of the last one
+SAMPLES, SHOWN = 4096, 512  # of a turn: evaluated; its parts, of each of which two values are kept
 ORBIT = 1e-9  # tolerance of a step on an orbit, whose forces are known as well as it is followed
 FORCES = ("normal_force", "tangential_force", "reaction")
 WORK = ("drive_work", "joint_work")
@@ -61,9 +61,10 @@ def forces(
     Returns
     -------
     dict
-        ``names`` of the joints, those with clearance first; over these ``force`` (samples of the last turn),
-        ``peak`` and ``peak_error`` (N); over joints with clearance `PER_TURN` and their errors (J per turn),
-        ``impact_speed`` (m/s), ``drive_work`` and ``joint_work`` (J per turn); and numbers of the motion.
+        ``names`` of the joints, those with clearance first; over these ``force`` (the lowest and the highest
+        of each part of the turn with the peak), ``peak`` and ``peak_error`` (N); over joints with clearance
+        `PER_TURN` and their errors (J per turn), ``impact_speed`` (m/s), ``drive_work`` and ``joint_work``
+        (J per turn); and numbers of the motion.
 
     Raises
     ------
@@ -86,14 +87,16 @@ def forces(
     names = FORCES if brief else WANTED
     fine = _history(model, rtol, records, [steps, samples], names)
     largest = partial(_largest, model, records)
-    answer = {"names": [*model.joints, *model.pins], "peak": largest(fine)} | _of_motion(motion)
+    peak, sizes = largest(fine)
+    answer = {"names": [*model.joints, *model.pins], "peak": peak} | _of_motion(motion)
     if model.joints:
         answer["impact_speed"] = _impact_speeds(model, records)
     if brief:
         return answer
     coarse, bounds = _history(model, rtol, records, [steps, samples[::2]], names), times[::per_turn]
-    answer["force"] = _shown(fine, times[-1 - per_turn :])
-    answer["peak_error"] = _peak_error(largest, answer["peak"], fine, coarse, bounds[-1] / 2)
+    each = zip(sizes.T, peak, strict=True)
+    answer["force"] = np.stack([_shown(fine["time"], size, most, bounds) for size, most in each], -1)
+    answer["peak_error"] = _peak_error(lambda given: largest(given)[0], peak, fine, coarse, bounds[-1] / 2)
     if model.joints:
         hits = _taken_by_hits(records.events, fine, bounds, len(model.joints))
         answer |= _losses(fine, coarse, bounds, hits)
@@ -129,17 +132,23 @@ def _sizes(given: History) -> History:
     return sizes
 
 
-def _shown(given: History, times: np.ndarray) -> np.ndarray:
-    """Forces at even times of the last turn."""
-    sizes, wanted = np.hstack([*_sizes(given).values()]), np.linspace(times[0], times[-1], SHOWN + 1)
-    return np.stack([np.interp(wanted, given["time"], each) for each in sizes.T], -1)
+def _shown(times: np.ndarray, sizes: np.ndarray, peak: float, bounds: np.ndarray) -> np.ndarray:
+    """A force over the turn with its peak: the first one, then the lowest and the highest of each part."""
+    top = int(np.argmax(sizes))
+    turn = np.clip(np.searchsorted(bounds, times[top]) - 1, 0, len(bounds) - 2)
+    *parts, end = np.linspace(*bounds[turn : turn + 2], SHOWN + 1)
+    begins, sizes = np.searchsorted(times, parts), sizes[: np.searchsorted(times, end, "right")].copy()
+    sizes[top] = peak
+    low, high = (each.reduceat(sizes, begins) for each in (np.minimum, np.maximum))
+    rises = sizes[np.append(begins[1:], -1)] > sizes[begins]
+    return np.append(sizes[begins[0]], np.where(rises, (low, high), (high, low)).T)
 
 
-def _largest(model: Model, records: Records, given: History) -> np.ndarray:
-    """Largest force of each joint, joints with clearance first."""
+def _largest(model: Model, records: Records, given: History) -> tuple[np.ndarray, np.ndarray]:
+    """Largest force of each joint, joints with clearance first; and all their forces."""
     sizes = _sizes(given)
-    found, _ = peaks(Quantities(model, given["rows"], records.start), given["rows"], sizes)
-    return np.hstack([found[name] for name in sizes])
+    found, sizes = peaks(Quantities(model, given["rows"], records.start), given["rows"], sizes)
+    return np.hstack([*found.values()]), np.hstack([*sizes.values()])
 
 
 def _peak_error(

@@ -1,4 +1,4 @@
-"""Answers of assessments: one page of plain text, and its three lines.
+"""Answers of assessments: one page of plain text, and its lines in short.
 
 How hard a linkage with clearance is worked, in four grades.
 
@@ -43,14 +43,21 @@ FOUND = {
 }
 NONE = "\N{EN DASH}"
 UNEQUAL = 1e-3  # difference of works, over them, that is told
-PLACES = 41  # values of the diagram that shows a change by brute force
+DIAGRAM = 41  # values of the diagram that shows a change by brute force
+PLACES = ("before", "after")  # of a change of the grade
+NOT_MET = "not met"
 ALIKE = 1.01  # force ratio below which forces are those of ideal joints
+COARSE = "{}: among {} values, not refined"
+KNOWN_BY = {"edge": "{}", "values": "about {}", "unsettled": "about {}, not settled", "unknown": "{}"}
+BY = tuple(KNOWN_BY)
+DOWN = {"below": "down to", "above": "up to"}
 HELPS = 0.99  # of the force ratio: a change that leaves more of it helps nothing
+LOADED = 3.0  # times the force, or a part of it, from which a contact's stiffness is another one
 NOT_RUN = "not_run"
 TRIED = {("damping", "×3"): "three times the damping", ("friction", "×2"): "twice the friction"}
 OTHER = {
     "clearance": (0.5, "half the {}"),
-    "": (0.9, "a tenth less of the {}"),
+    "": (0.9, "{share} % less {}"),
 }  # single changes of parameters
 
 GRADES = ("quiet", "touches", "rattles", "hammers")
@@ -66,10 +73,12 @@ MEANING = {
 
 
 def answer(dataset: Dataset) -> str:
-    """Return the verdict, the present motion, and what the verdict hangs on or where it changes."""
+    """Return the verdict, the present motion, what the verdict hangs on, where it changes, what to do."""
     if _grade(dataset) == UNKNOWN:
         return "no forces known"
-    return "\n".join([_verdict(dataset), _motion(dataset), _limits(dataset)])
+    helps = " ".join(map(str.strip, _helps(dataset).splitlines()[:2]))
+    lines = [_verdict(dataset), _motion(dataset), _hangs_on(dataset)[-1].strip(), _limits(dataset), helps]
+    return "\n".join(lines)
 
 
 def page(dataset: Dataset, source: str = "MECHANISM.toml") -> str:
@@ -78,7 +87,10 @@ def page(dataset: Dataset, source: str = "MECHANISM.toml") -> str:
 
 
 def part(dataset: Dataset, number: int, source: str = "MECHANISM.toml") -> str:
-    """Return a part of the page, which is final after the round of the assessment that has its number."""
+    """Return a part of the page, which is known after the round of the assessment that has its number.
+
+    What to do is final after the last one: edges say where the grade changes, among coarse values or nearer.
+    """
     return "\n".join([*PARTS[number](dataset, source), ""])
 
 
@@ -156,24 +168,30 @@ def _limits(dataset: Dataset) -> str:
     lost, places = _present(dataset)["contact_loss"] == "yes", []
     for key in map(str, dataset["parameter"].values):
         limits = [(side, _limit(dataset, key, side)) for side in SIDES]
-        ends = [f"{side} {_value(dataset, key, ratio, 4)}" for side, ratio in limits if ratio]
+        ends = [f"{side} {_at(dataset, key, *limit)}" for side, limit in limits if limit]
         if ends:
             places.append(f"{dataset['parameter_name'].sel(parameter=key).values} {' or '.join(ends)}")
     if not places and not dataset["values_looked_at"].values.any():
         return "Where contact is first lost or kept was not looked at"
     if not places:
         return f"Contact is {'lost' if lost else 'kept'} at all values that were looked at"
-    return f"Contact is {'kept' if lost else 'lost'} at: {'; '.join(places)}"
+    coarse = f" ({COARSE.format('about', dataset.sizes['value'])})" if "about" in str(places) else ""
+    return f"Contact is {'kept' if lost else 'lost'} at: {'; '.join(places)}{coarse}"
 
 
-def _limit(dataset: Dataset, key: str, side: str) -> float | None:
-    """Ratio at which contact is first lost or kept on a side, by its edge, or farther out by the grade."""
-    one = dataset.sel(parameter=key, side=side)
-    ratio = float(one["edge_ratio"].sel(change="contact_loss"))
-    after = one.sel(place="after")
-    if math.isnan(ratio) and (_of(after["grade_change_grade"]) == "quiet") != (_grade(dataset) == "quiet"):
-        ratio = float(after["grade_change_ratio"])
-    return ratio if math.isfinite(ratio) else None
+def _limit(dataset: Dataset, key: str, side: str) -> tuple[float, str] | None:
+    """Ratio at which contact is first lost or kept on a side, and by what that is known, as `BY`."""
+    after = dataset.sel(parameter=key, side=side, place="after")
+    known = [(float(after["edge_ratio"].sel(change="contact_loss")), "edge")]
+    if (_of(after["grade_change_grade"]) == "quiet") != (_grade(dataset) == "quiet"):
+        known.append((float(after["grade_change_ratio"]), _of(after["grade_change_by"])))
+    known = [each for each in known if math.isfinite(each[0])]
+    return min(known, key=lambda each: abs(math.log(each[0])), default=None)
+
+
+def _at(dataset: Dataset, key: str, ratio: float, by: str) -> str:
+    """Words for a value at which something changes, and by what that is known."""
+    return KNOWN_BY[by].format(_value(dataset, key, ratio, 4))
 
 
 def _of(code: DataArray) -> str:
@@ -203,6 +221,7 @@ def _hangs_on(dataset: Dataset) -> list[str]:
     lines = ["What it hangs on"]
     for name, text in zip(_joints(dataset), dataset["contact_data"].values, strict=True):
         lines += [f"  joint {name}: {text}"] if text else []
+        lines += _loaded(dataset.sel(joint=name))
     if not dataset.sizes.get("variant"):
         return lines
     if _not_run(dataset["variant_status"]):
@@ -222,6 +241,15 @@ def _hangs_on(dataset: Dataset) -> list[str]:
         numbers = _numbers(*own, largest(ratios))
         rows.append((name, _of(one["variant_grade"]), *numbers, _repeat(float(one["variant_period"]))))
     return [*lines, *_table(rows), f"  {_band(dataset, joint)}"]
+
+
+def _loaded(joint: Dataset) -> Iterator[str]:
+    """Words on a stiffness that was taken at another force than the joint carries."""
+    load, carried = float(joint["stiffness_load"]), float(joint["ideal_peak_force"])
+    if load > LOADED * carried or load < carried / LOADED:
+        most, much = measure(carried, "N", 2), "stiff" if load > carried else "soft"
+        taken = f"too {much}: that is its stiffness at {measure(load, 'N', 3)}"
+        yield f'  {taken}, an ideal joint carries {most} at most; write load = "{most}" beside pin and bush'
 
 
 def _numbers(force: float, separations: float, speed: float, ratio: float) -> tuple[str, ...]:
@@ -260,28 +288,49 @@ def _to_do(dataset: Dataset) -> list[str]:
     if _grade(dataset) == UNKNOWN:
         return ["What to do: not known"]
     rows = [("", "grade changes at", "away", "grade", "largest force", "times ideal", "impact speed")]
-    missing = []
+    notes = []
     for key in map(str, dataset["parameter"].values):
         one = dataset.sel(parameter=key)
         if _not_run(one["curve_status"]):
-            missing.append(f"  {one['parameter_name'].values}: not looked at")
+            notes.append(f"{one['parameter_name'].values}: not looked at")
             continue
-        rows += (_grade_change(dataset, key, side) for side in SIDES)
-    lines = ["What to do", *(_table(rows) if len(rows) > 1 else []), *missing]
+        for side in SIDES:
+            rows.append(_grade_change(dataset, key, side))
+            notes += _beyond(dataset, key, side)
+    if coarse := [word for word in ("about", NOT_MET) if any(word in row[1] for row in rows)]:
+        words = COARSE.format(", ".join(coarse), dataset.sizes["value"])
+        notes.append(f"{words}; a narrow range with another grade may lie nearer")
+    lines = ["What to do", *(_table(rows) if len(rows) > 1 else []), *(f"  {note}" for note in notes)]
     return [*lines, f"  {_helps(dataset)}"]
 
 
 def _grade_change(dataset: Dataset, key: str, side: str) -> tuple[str, ...]:
     """A row on the first change of the grade on a side, with what is just before and just after it."""
     one = dataset.sel(parameter=key, side=side)
-    before, after = (one.sel(place=place) for place in ("before", "after"))
+    before, after = (one.sel(place=place) for place in PLACES)
     name, ratio = f"{one['parameter_name'].values}, {side}", float(after["grade_change_ratio"])
     if math.isnan(ratio):
-        limit = _value(dataset, key, float(before["grade_change_ratio"]), 3)
-        return name, f"not met up to {limit}", "", "", "", "", ""
+        limit = _value(dataset, key, float(before["grade_change_ratio"]), 4)
+        return name, f"{NOT_MET} {DOWN[side]} {limit}", "", "", "", "", ""
     names = ("grade", "force", "force_ratio", "impact_speed")
     texts = (" → ".join(map(_words_at, (before, after), (n, n))) for n in names)
-    return name, _value(dataset, key, ratio, 4), f"{plain(100 * abs(ratio - 1), 3)} %", *texts
+    value = _at(dataset, key, ratio, _of(after["grade_change_by"]))
+    away = 100 * abs(ratio - 1)
+    return name, value, f"{plain(away, 3 if away < 1e3 else 4)} %", *texts
+
+
+def _beyond(dataset: Dataset, key: str, side: str) -> Iterator[str]:
+    """A line on where a curve has a harder grade than the row of a side."""
+    one = dataset.sel(parameter=key, side=side, place="after")
+    marks, ratios = codes.words(one["curve_grade"]).values, one["curve_ratio"].values
+    outward = np.argsort(np.abs(np.log(ratios)))
+    outward = outward[(ratios[outward] > 1) == (side == "above")]
+    hard = (UNKNOWN, *GRADES).index
+    worst = max(outward, key=lambda i: hard(marks[i]))
+    if hard(marks[worst]) > max(hard(_grade(dataset)), hard(_of(one["grade_change_grade"]))):
+        seen = "" if one["curve_period"][worst] else ", not seen to repeat"
+        value = _value(dataset, key, ratios[worst], 4)
+        yield f"{one['parameter_name'].values}, {side}: {marks[worst]} at {value}{seen}"
 
 
 def _words_at(place: Dataset, name: str) -> str:
@@ -310,7 +359,8 @@ def _helps(dataset: Dataset) -> str:
         at, words = OTHER.get(key.rsplit(".", 1)[-1], OTHER[""])
         i = int(np.argmin(np.abs(np.log(one["curve_ratio"].values / at))))
         ratio = one["curve_peak_force"].values[i] / one["curve_ideal_peak_force"].values[i]
-        found[words.format(one["parameter_name"].values)] = largest(ratio)
+        share = plain(100 * (1 - float(one["curve_ratio"][i])), 2)
+        found[words.format(one["parameter_name"].values, share=share)] = largest(ratio)
     if not (found := {words: ratio for words, ratio in found.items() if math.isfinite(ratio)}):
         return "single changes: not looked at"
     best = min(found, key=found.__getitem__)
@@ -415,7 +465,7 @@ def _changes(dataset: Dataset) -> list[str]:
         unmet = []
         for side in SIDES:
             rows += _met(dataset, key, side)
-            for lines_of in (_not_met, _shares, _windows):
+            for lines_of in (_not_met, _missed, _shares, _windows):
                 unmet += lines_of(dataset, key, side)
         lines += [*_table(rows), *(f"    {line}" for line in [*unmet, _looked(one)])]
     return [*lines, "  what begins and ends between two neighbouring values is not seen"]
@@ -469,7 +519,7 @@ def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
         if how != "not_met":
             kind = FOUND.get(how, how.replace("_", " "))
             if math.isfinite(back := float(found["return_ratio"])):
-                kind += f"; as at present again at {_value(dataset, key, back, 4)}"
+                kind += f"; back to the present behaviour at {_value(dataset, key, back, 4)}"
             yield f"  {side}: {_words(dataset, name, how)}", *_place(dataset, key, found), kind
 
 
@@ -490,9 +540,17 @@ def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:
         count, turns = int(one["values_looked_at"]), int(dataset["lasting_turns"])
         windows = int(np.isfinite(one["window_period"]).sum()) if "window_period" in one else 0
         at = f"at {count - windows} of the" if windows else "at each of the"
-        yield f"{side}: chaotic {at} {count} values up to {end}{why}, {turns} turns later too"
+        yield f"{side}: chaotic {at} {count} values {DOWN[side]} {end}{why}, {turns} turns later too"
     if unmet:
-        yield f"{side}: not met up to {end}{why}: {', '.join(_words(dataset, name) for name in unmet)}"
+        yield f"{side}: not met {DOWN[side]} {end}{why}: {', '.join(_words(dataset, name) for name in unmet)}"
+
+
+def _missed(dataset: Dataset, key: str, side: str) -> Iterator[str]:
+    """A line on a motion of a curve that loses or keeps contact where the one followed does not."""
+    limit, one = _limit(dataset, key, side), dataset.sel(parameter=key, side=side)
+    if limit and limit[1] != "edge" and abs(math.log(limit[0])) < abs(math.log(float(one["limit_ratio"]))):
+        what, at = _words(dataset, "contact_loss"), _at(dataset, key, *limit)
+        yield f"{side}: {what} at {at} in a motion begun anew: in a narrow range, or beside the one followed"
 
 
 def _words(dataset: Dataset, name: str, how: str = "") -> str:
@@ -535,7 +593,7 @@ def commands(dataset: Dataset, source: str) -> list[str]:
 def _command(dataset: Dataset, key: str, side: str, ratio: float, source: str) -> str:
     value = float(dataset["present_value"].sel(parameter=key))
     low, high = sorted((value, value * (1 + 1.1 * (ratio - 1))))
-    span = f"{{start={low:.6g},stop={high:.6g},num={PLACES}}}"
+    span = f"{{start={low:.6g},stop={high:.6g},num={DIAGRAM}}}"
     way = "down" if (side == "below") == (value > 0) else "up"
     name = f"name={key.replace('.', '_')}_{side}"
     settings = f"kind=bifurcation {name} figure={{}} 'analysis={{direction=\"{way}\",exponents=1}}'"

@@ -8,7 +8,7 @@ import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.number_text import shown
-from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.drawing import artists, select, style, sweep_axes
 from jointplay.figures.registry import picture
 
 if TYPE_CHECKING:
@@ -23,6 +23,8 @@ SHADES = {
     "hammers": "#eec4bc",
     "unknown": "#ffffff",
 }
+DOT = {"color": style.BLACK, "marker": "o", "linestyle": "", "markersize": 2.4, "markeredgewidth": 0.5}
+OPEN = DOT | {"markerfacecolor": "white"}
 MARKS = {  # of a change: colour, line, words
     "contact_loss": (style.BLUE, (0, (5, 2)), "contact lost or kept"),
     "doubling": (style.AMBER, (0, (2, 1)), "period 1 lost or reached"),
@@ -69,11 +71,14 @@ def _legend(figure: Figure, dataset: Dataset) -> None:
     handles = [
         Patch(facecolor=SHADES[g], edgecolor=style.GREY, linewidth=0.4, label=g) for g in SHADES if g in met
     ]
+    handles.append(Line2D([], [], label=f"{dataset.sizes['value']} values and their grades", **DOT))
+    if (dataset["curve_period"].values == 0).any():
+        handles.append(Line2D([], [], label="not seen to repeat: chaos, or not settled", **OPEN))
     handles.append(Line2D([], [], color=style.GREY, linewidth=1.2, linestyle="-", label="present value"))
     for name, (colour, line, words) in MARKS.items():
         if np.isfinite(dataset["edge_ratio"].sel(change=name)).any():
             handles.append(Line2D([], [], color=colour, linewidth=0.9, linestyle=line, label=words))
-    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
 
 
 def hardest(dataset: Dataset) -> str | None:
@@ -95,10 +100,11 @@ def force_panel(ax: Axes, one: Dataset, joint: str) -> None:
         linewidth=1.4,
         label="ideal joints",
     )
-    artists.curve(
-        ax, values, here["curve_peak_force"].values, color=style.BLACK, linestyle="-", label="with clearance"
-    )
-    ax.set(ylabel="Largest force (N)", yscale="log")
+    force = here["curve_peak_force"].values
+    artists.curve(ax, values, force, color=style.BLACK, linestyle="-", label="with clearance")
+    _dots(ax, one, force)
+    sweep_axes.logarithmic(ax, *ax.dataLim.intervaly, "y")
+    ax.set(ylabel="Largest force (N)")
     _over(ax, one, values)
     ax.legend(loc="best")
     artists.heading(ax, f"joint {joint}")
@@ -110,10 +116,18 @@ def speed_panel(ax: Axes, one: Dataset) -> None:
     for joint, line in zip(loose["joint"].values, ("-", "--", ":", "-."), strict=False):
         speed = 1e3 * loose["curve_impact_speed"].sel(joint=joint).values
         artists.curve(ax, values, speed, color=style.BLACK, linestyle=line, label=f"joint {joint}")
+        _dots(ax, one, speed)
     ax.set(ylabel="Largest impact speed (mm/s)", ylim=(0, None))
     _over(ax, one, values)
     if loose.sizes["joint"] > 1:
         ax.legend(loc="best")
+
+
+def _dots(ax: Axes, one: Dataset, numbers: np.ndarray) -> None:
+    """Mark the values of a curve, open where the motion was not seen to repeat."""
+    unsure = one["curve_period"].values == 0
+    for which, look in ((~unsure, DOT), (unsure, OPEN)):
+        ax.plot(_values(one)[which], numbers[which], **look)
 
 
 def _unit(one: Dataset) -> tuple[str, float]:
@@ -127,8 +141,6 @@ def _values(one: Dataset) -> np.ndarray:
 
 def _over(ax: Axes, one: Dataset, values: np.ndarray) -> None:
     """The axis of the parameter: grades behind the curve, the present value and the changes as lines."""
-    from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
-
     symbol, factor = _unit(one)
     present = float(one["present_value"]) * factor
     middles = np.sqrt(values[1:] * values[:-1]) * np.sign(present)
@@ -141,16 +153,13 @@ def _over(ax: Axes, one: Dataset, values: np.ndarray) -> None:
         for ratio in edges[np.isfinite(edges)]:
             ax.axvline(ratio * present, color=colour, linewidth=0.9, linestyle=line, zorder=1)
     if present > 0:
-        ax.set_xscale("log")
-        ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-        ax.xaxis.set_minor_locator(NullLocator())
+        sweep_axes.logarithmic(ax, values[0], values[-1])
     label = artists.with_unit(artists.capital(str(one["parameter_name"].values)), symbol)
     ax.set(xlim=tuple(sorted((values[0], values[-1]))), xlabel=label)
 
 
 def turn_panel(ax: Axes, dataset: Dataset, joint: str) -> None:
-    """Draw the force at a joint over the last turn, and the ideal mechanism's."""
+    """Draw the force at a joint over the turn with its largest, and the ideal mechanism's."""
     share = dataset["turn_share"].values
     own, ideal = (dataset[name].sel(joint=joint).values for name in ("joint_force", "ideal_joint_force"))
     artists.curve(ax, share, ideal, color=style.AMBER, linewidth=1.4, label="ideal mechanism")

@@ -22,6 +22,7 @@ LOOKS = {
     "down": {"color": style.AMBER, "label": "downward"},
     "reset": {"color": style.BLACK, "label": "each from the start"},
 }
+SHORT = 20  # times the low end, below which an axis has more numbers
 STARTS = (style.BLACK, style.AMBER, style.BLUE, style.GREY)
 
 
@@ -111,13 +112,14 @@ def parameter_axis(ax: Axes, axis: DataArray, which: str = "x") -> Shown:
 
 
 def logarithmic(ax: Axes, low: float, high: float, which: str = "x") -> None:
-    """Give an axis a scale of logarithms; where it is short, with numbers at 1, 2 and 5."""
+    """Give an axis a scale of logarithms; where it is short, with numbers at 1, 2 and 5, or at more."""
     from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
     ax.set(**{f"{which}scale": "log"})
     if high < 1e3 * low:
         numbers = getattr(ax, f"{which}axis")
-        numbers.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        more = (1.5, 3.0, 7.0) if high < SHORT * low else ()
+        numbers.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0, *more)))
         numbers.set_major_formatter(StrMethodFormatter("{x:g}"))
         numbers.set_minor_locator(NullLocator())
 

@@ -52,7 +52,7 @@ class Summary:
 
 @checked()
 def summary(dataset: Annotated[xr.Dataset, accepts("a result")]) -> Summary:
-    """Summarise a result in one to three lines.
+    """Summarise a result in one to five lines.
 
     Parameters
     ----------
