@@ -159,6 +159,14 @@ def test_what_is_found_among_values_alone_says_so():
     assert "not settled" not in page(assessment())
 
 
+def test_a_result_of_a_version_that_knew_less_is_told_too():
+    """Of 0.1.0: all changes of the grade were among values, and no force of a stiffness was stored."""
+    older = assessment(**QUIET).drop_vars(["grade_change_by", "stiffness_load"])
+    assert answer(older)
+    assert "about" in page(older)
+    assert "write load" not in page(older)
+
+
 def test_a_harder_grade_farther_on_is_named():
     found = assessment()
     assert "hammers at" not in page(found)

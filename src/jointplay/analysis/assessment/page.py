@@ -184,7 +184,7 @@ def _limit(dataset: Dataset, key: str, side: str) -> tuple[float, str] | None:
     after = dataset.sel(parameter=key, side=side, place="after")
     known = [(float(after["edge_ratio"].sel(change="contact_loss")), "edge")]
     if (_of(after["grade_change_grade"]) == "quiet") != (_grade(dataset) == "quiet"):
-        known.append((float(after["grade_change_ratio"]), _of(after["grade_change_by"])))
+        known.append((float(after["grade_change_ratio"]), _known_by(after)))
     known = [each for each in known if math.isfinite(each[0])]
     return min(known, key=lambda each: abs(math.log(each[0])), default=None)
 
@@ -192,6 +192,11 @@ def _limit(dataset: Dataset, key: str, side: str) -> tuple[float, str] | None:
 def _at(dataset: Dataset, key: str, ratio: float, by: str) -> str:
     """Words for a value at which something changes, and by what that is known."""
     return KNOWN_BY[by].format(_value(dataset, key, ratio, 4))
+
+
+def _known_by(place: Dataset) -> str:
+    """By what a change of the grade is known; in results of 0.1.0 always by the values of a curve."""
+    return _of(place["grade_change_by"]) if "grade_change_by" in place else "values"
 
 
 def _of(code: DataArray) -> str:
@@ -245,7 +250,7 @@ def _hangs_on(dataset: Dataset) -> list[str]:
 
 def _loaded(joint: Dataset) -> Iterator[str]:
     """Words on a stiffness that was taken at another force than the joint carries."""
-    load, carried = float(joint["stiffness_load"]), float(joint["ideal_peak_force"])
+    load, carried = float(joint.get("stiffness_load", np.nan)), float(joint["ideal_peak_force"])
     if load > LOADED * carried or load < carried / LOADED:
         most, much = measure(carried, "N", 2), "stiff" if load > carried else "soft"
         taken = f"too {much}: that is its stiffness at {measure(load, 'N', 3)}"
@@ -314,7 +319,7 @@ def _grade_change(dataset: Dataset, key: str, side: str) -> tuple[str, ...]:
         return name, f"{NOT_MET} {DOWN[side]} {limit}", "", "", "", "", ""
     names = ("grade", "force", "force_ratio", "impact_speed")
     texts = (" → ".join(map(_words_at, (before, after), (n, n))) for n in names)
-    value = _at(dataset, key, ratio, _of(after["grade_change_by"]))
+    value = _at(dataset, key, ratio, _known_by(after))
     away = 100 * abs(ratio - 1)
     return name, value, f"{plain(away, 3 if away < 1e3 else 4)} %", *texts
 
