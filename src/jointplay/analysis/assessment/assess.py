@@ -462,9 +462,8 @@ def _contacts(mechanism: Mechanism, joints: list[str], now: Answer) -> dict[str,
     data = [_contact_data(joint) if joint else "" for joint in loose]
     friction = [getattr(joint.friction, "coefficient", 0.0) if joint else np.nan for joint in loose]
     found: dict[str, Any] = {"contact_data": np.array(data), "friction_coefficient": np.array(friction)}
-    found["stiffness_load"] = np.array(
-        [joint.data.load if joint and joint.data else np.nan for joint in loose]
-    )
+    loads = [joint.data.load if joint and joint.data else np.nan for joint in loose]
+    found["stiffness_load"] = np.array(loads)
     found["clearance"] = np.array([joint.clearance for joint in mechanism.joints])
     found |= {name: _on(joints, now, name) for name in CONTACTS}
     found["sliding_work_per_hour"] = found["sliding_work"] * HOUR / now.get("turn_period", np.nan)

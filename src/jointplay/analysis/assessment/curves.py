@@ -236,8 +236,7 @@ def _begun(mechanism: Mechanism, changes: Any, start: Any, section: Section) -> 
 
 def beside(scene: Scene, edge: float, step: float) -> np.ndarray:
     """An edge as a change of the grade, with motions a step before and after it, as far as there is time."""
-    found = np.full((2, len(END)), np.nan)
-    away = math.log(edge)
+    found, away = np.full((2, len(END)), np.nan), math.log(edge)
     with suppress(OutOfTime):
         rows = scene.rows(np.exp(np.sign(away) * np.maximum(abs(away) + step * np.array([-1, 1]), 0.0)))
         found = np.array([_end(edge, row) for row in rows])

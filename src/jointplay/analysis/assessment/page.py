@@ -285,7 +285,7 @@ def _band(dataset: Dataset, joint: str) -> str:
     most = f"{dataset['variant_quantity'].values[known][np.argmax(away)]} matters most"
     if len(grades) == 1 and np.max(away) < math.log(ALIKE):
         most = "none of them matters"
-    return f"band: the largest force at {joint} is {low} to {high}, the grade {grade}; {most}"
+    return f"other data: the largest force at {joint} is {low} to {high}, the grade {grade}; {most}"
 
 
 def _to_do(dataset: Dataset) -> list[str]:

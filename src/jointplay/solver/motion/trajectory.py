@@ -1,4 +1,4 @@
-"""Follow a model's motion and return its records: the only file of the analyses that calls the flow.
+"""Follow a model's motion, by one flow, and return its records.
 
 Compiled loops run in pieces, so that Python can report and stop (motion.progress) between them.
 

@@ -199,8 +199,8 @@ def through(tangents, n_q, n_x, reset, lossy):
 def begin_tangents(functions, derivatives, motion, options, tangents):
     """Remove from the tangents the parts that neighbours of a sticking or resting start lose at once."""
     _stay_at_stick(functions, derivatives, motion, options, tangents, 0.0)
-    held = 1.0 if stuck(motion.modes[: len(motion.flags)]) > 0 else 0.0
-    project_at_rest(functions, derivatives, motion, options, tangents, held)
+    sticks = stuck(motion.modes[: len(motion.flags)]) > 0
+    project_at_rest(functions, derivatives, motion, options, tangents, 1.0 if sticks else 0.0)
 
 
 @inner
@@ -252,13 +252,11 @@ def project_at_rest(functions, derivatives, motion, options, tangents, held):
 
     `held`: 1, where something has been taken already.
     """
-    if resting(motion) > 0:
-        held = 1.0
     if resting(motion) > 1:
         _project_jointly(derivatives, motion, options, tangents)
     else:
         _stay_at_rest(derivatives, motion, options, tangents)
-    if held > 0.0:
+    if held > 0.0 or resting(motion) > 0:
         tangents.count[JUMPS] += 1
         tangents.real[VOLUME] = -np.inf
         if tangents.count[NEUTRAL]:
