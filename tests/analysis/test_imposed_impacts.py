@@ -201,14 +201,25 @@ def test_two_bearings_in_which_journals_rest_at_once_hold_them():
     assert np.abs(found.energy_residual).max() < 1e-10 * np.abs(found.energy).max()
 
 
+def light_block(restitution):
+    """A quick return whose block has rigid corners in its guide, which moves."""
+    plain = jp.catalog.quick_return(clearance={"S": 1e-4}, speed=20.0)
+    law = jp.Contact(law="restitution", parameters={"restitution": restitution})
+    joints = [j if j.ideal else j.model_copy(update={"contact": law, "friction": None}) for j in plain.joints]
+    return jp.Mechanism(**dict(plain) | {"joints": joints})
+
+
+@pytest.mark.nightly
+def test_of_a_block_that_lies_flat_nothing_is_left_to_grow():
+    """Its first rest takes the only direction: what rounding leaves of it is no exponent."""
+    found = jp.lyapunov(light_block(0.0), transient=2, turns=4)
+    assert float(found.section_exponent_per_turn[0]) == -np.inf
+
+
 @pytest.mark.long
 def test_two_corners_that_rest_on_a_guide_that_moves_are_put_back_together():
     """Taken in turn, next to nothing of what is left goes at a time: the block is light."""
-    plain = jp.catalog.quick_return(clearance={"S": 1e-4}, speed=20.0)
-    law = jp.Contact(law="restitution", parameters={"restitution": 0.6})
-    joints = [j if j.ideal else j.model_copy(update={"contact": law, "friction": None}) for j in plain.joints]
-    mechanism = jp.Mechanism(**dict(plain) | {"joints": joints})
-    found = jp.simulate(mechanism, turns=1, rtol=1e-10, record=BALANCE)
+    found = jp.simulate(light_block(0.6), turns=1, rtol=1e-10, record=BALANCE)
     resting = found.event_kind.values == EVENTS.index("rest")
     assert len(set(found.event_joint.values[resting])) > 1
     assert np.abs(found.energy_residual).max() < 1e-9 * np.abs(found.energy).max()

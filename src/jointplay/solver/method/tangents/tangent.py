@@ -368,7 +368,7 @@ def orthonormalise(d, width, weight, alive, norms, logs, lossy):
         at = i * width
         whole, left = _reduce(d, i, width, weight, alive)
         norms[i] = left
-        if not left > (LOST * whole if lossy > 0.0 else 0.0):
+        if not left > (LOST * max(whole, 1.0) if lossy > 0.0 else 0.0):  # it was of unit length before
             alive[i], left = 0, 0.0
         logs[i] += log(left) if left > 0.0 else float("-inf")
         factor = 1.0 / left if left > 0.0 else 0.0
