@@ -83,6 +83,7 @@ def press():
     return jp.Mechanism(links=links, joints=joints, drive=drive).replace(clearance={"B": 3e-5})
 
 
+@pytest.mark.nightly
 def test_an_edge_between_two_values_of_a_curve_is_where_the_grade_changes(press):
     """With the numbers of direct runs on both sides of it."""
     here = present(press, None, HOW)
