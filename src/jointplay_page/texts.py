@@ -25,9 +25,9 @@ LONGEST = 300  # characters of a number or text
 
 def numbers(dataset: Dataset, grid: list[str]) -> str:
     """Return a table of all variables with few entries, except the variables of a sweep's cells."""
-    named = {
-        str(dim) for dim in dataset.dims if dim in dataset.coords and dataset[dim].dtype.kind not in "fiu"
-    }
+    words = {dim: (dim, dataset[f"{dim}_name"].values) for dim in dataset.dims if f"{dim}_name" in dataset}
+    dataset = dataset.assign_coords(words)  # keys are for programs
+    named = {str(d) for d in dataset.dims if d in dataset.coords and dataset[d].dtype.kind not in "fiu"}
     few = (each for each in dataset.data_vars.values() if each.size <= ENTRIES)
     listed = [each for each in few if {*each.dims} <= named - {*grid}]
     rows = "".join(row(name, value) for array in listed for name, value in entries(array))

@@ -21,6 +21,7 @@ from jointplay.study.results.store import write_result
 from jointplay.study.toml_text import parse
 from jointplay_page import moving, packed, report, sweep_points, texts
 from tests.figures.support.synthetic import response, section
+from tests.figures.support.synthetic_assessment import assessment
 from tests.figures.support.synthetic_linkages import corners_led, loose_guide
 from tests.figures.test_pictures import PICTURES
 from tests.pages.samples import diagram, turning
@@ -170,6 +171,15 @@ def test_a_page_is_one_small_file_without_an_address_outside(page):
     assert "<script>document.title" not in text
     assert stored(path)["cells"]["ways"] == ["up", "down"]
     assert len(stored(path)["cells"]["rows"]) == 6  # there is room for all
+
+
+def test_in_all_numbers_parameters_have_their_names():
+    """Key paths are for programs."""
+    dataset = assessment()
+    table = texts.numbers(dataset, [])
+    for key, name in zip(dataset["parameter"].values, dataset["parameter_name"].values, strict=True):
+        assert f", {key}" not in table
+        assert f", {name}" in table
 
 
 def test_numbers_that_are_none_and_closing_tags_are_safe_in_json():
