@@ -211,7 +211,7 @@ def _unlike_its_shape(mechanism: Any) -> Iterator[Problem]:
             if given is not None and abs(given - value) > (
                 OFF * link.length if key == "centre" else UNLIKE * value
             ):
-                text = f"the shape of {link.name} gives {value:.4g}; the number given beside it is used"
+                text = f"the shape of {link.name} gives {typed(value, 4)}; the number given beside it is used"
                 yield Problem(f"links[{i}].{key}", given, text)
 
 
@@ -224,7 +224,7 @@ def _unlike_its_parts(mechanism: Any) -> Iterator[Problem]:
         told = joint.data.numbers(joint.contact.law, joint.contact.given)["stiffness"]
         share = joint.contact.stiffness / told
         if not low / value / SOFT <= share <= high / value * SOFT:
-            text = f"pin and bush of {joint.name} give {told:.4g}; the number given beside them is used"
+            text = f"pin and bush of {joint.name} give {typed(told, 4)}; the number given beside them is used"
             yield Problem(f"joints[{i}].contact.stiffness", joint.contact.stiffness, text)
 
 

@@ -38,6 +38,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 from pydantic import Field
 
 from jointplay.display.errors import Problem, refuse
+from jointplay.display.number_text import plain
 from jointplay.solver.equations import cylinders
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism.base import NonNegative, Number, Positive, Record, is_number, measured, unit
@@ -132,7 +133,7 @@ class Estimate(NamedTuple):
 
     def __str__(self) -> str:
         units = "" if self.units == "1" else f" {self.units}"
-        return f"{self.value:.4g}{units} ({self.low:.3g} to {self.high:.3g}), {self.source}"
+        return f"{plain(self.value, 4)}{units} ({plain(self.low, 3)} to {plain(self.high, 3)}), {self.source}"
 
 
 class _Pressed(NamedTuple):
@@ -261,7 +262,7 @@ class ContactData:
         names = ("stiffness", "exponent", "secant", "restitution", "dissipation", "friction")
         lines = [f"{name:<12}{getattr(self, name)}" for name in names]
         wide, most = math.degrees(self.half_angle), self.pressure / 1e6
-        others = ", ".join(f"{name} {value:.3g}" for name, value in self.methods.items())
+        others = ", ".join(f"{name} {plain(value, 3)}" for name, value in self.methods.items())
         lines += [f"contact     {wide:.3g} degrees to either side, {most:.3g} MPa", f"N/m by      {others}"]
         return "\n".join(lines)
 
