@@ -56,6 +56,7 @@ def test_a_terminal_gets_a_bar(clock):
             follow(step / 100)
             left += [(step, follow.bar.postfix)]
     assert "\rsmall " in stream.getvalue()
+    assert follow.bar.disable  # closed: it is drawn no more
     told = {step: float(re.match(r"about (.*) s left", words)[1]) for step, words in left if words}
     assert [*told] == [*range(11, 99)]  # and not the last 0.6 s
     assert all(abs(time - 60 * (1 - step / 100)) <= 1 for step, time in told.items())

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import jointplay as jp
 from jointplay import catalog
+from jointplay.display import codes
 
 
 def test_every_code_becomes_its_word():
@@ -35,3 +37,10 @@ def test_a_joint_of_an_orbit_s_events():
 def test_what_is_no_result_is_refused():
     with pytest.raises(jp.InputError, match="a result"):
         jp.words("r.nc")
+
+
+def test_words_of_a_condition_leave_the_units_of_what_it_stands_over():
+    at = xr.DataArray([True, False], dims="gap", coords={"gap": ("gap", [1.0, 2.0], {"units": "m"})})
+    words = codes.chosen(at, "near", "far")
+    assert words.values.tolist() == ["near", "far"]
+    assert words["gap"].attrs == {"units": "m"}
