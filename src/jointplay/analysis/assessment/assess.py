@@ -408,9 +408,10 @@ def sided(
 
     def found() -> Answer:
         answer = edges(here, key, side, search, how, known)
+        if not math.isfinite(edge := answer["edge"][CHANGES.index("contact_loss")]):
+            return answer
         scene = Scene(here, key, here.end, turns, how)
-        edge = answer["edge"][CHANGES.index("contact_loss")] / scene.present
-        return answer | {"beside": beside(scene, edge, search.step)} if math.isfinite(edge) else answer
+        return answer | {"beside": beside(scene, edge / scene.present, search.step)}
 
     return _timed(limit, found)
 

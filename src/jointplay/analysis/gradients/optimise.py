@@ -550,17 +550,16 @@ def _course(
         return None
     word, _, label = known[0].partition(":")
     word = word if linkage else "state_value"
-    turns = (
-        {"turns": SHOWN, "transient": settings["transient"]}
-        if settings["orbit"]
-        else {"turns": settings["turns"]}
-    )
-    found = simulate(mechanism, **turns, samples_per_turn=SAMPLES, record=[word], **run)[word]
+    turns, settled = settings["turns"], settings["orbit"]
+    given = {"turns": max(turns, SHOWN), "transient": settings["transient"]} if settled else {"turns": turns}
+    found = simulate(mechanism, **given, samples_per_turn=SAMPLES, record=[word], **run)[word]
     dims = [dim for dim in found.dims if dim != "time"]
     found = found.sel({dims[0]: label}) if dims else found
-    shown = max(settings["turns"], DRAWN) * SAMPLES if settings["orbit"] else len(found)
-    begin = int(np.abs(found.values).argmax()) // SAMPLES * SAMPLES
-    return found[min(begin, len(found) - 1 - shown) :][: shown + 1] if shown < len(found) else found
+    if not settled:
+        return found
+    shown, peak = max(turns, DRAWN) * SAMPLES, int(np.abs(found.values).argmax())
+    begin = max(min(peak // SAMPLES * SAMPLES, len(found) - 1 - shown), 0)
+    return found[begin : begin + shown + 1]
 
 
 def descended(trials: Trials, aim: Aim, x: np.ndarray, tolerance: float, most: int) -> tuple[str, Trial]:

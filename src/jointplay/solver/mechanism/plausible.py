@@ -28,8 +28,7 @@ BRISK, ROUND = 250.0, 10.0  # rad/s: from here on whole tens are seldom meant bu
 HURRY = 5.0  # times the drive's own speed: below the 9.55 that rpm are of rad/s
 SUNK = 1.0  # clearances: a journal seldom starts deeper in its bearing
 AIR, SLENDER = 1.2, 20  # kg/m³; lengths over thickness of the thinnest rod that is seldom doubted
-LEAD, BULK = 11340.0, 3  # kg/m³; lengths of a link in the edge of the largest block that it may be, if it is
-# no longer than the longest link
+LEAD, BULK = 11340.0, 3  # kg/m³; lengths of a link, up to the longest, in the largest block that it may be
 ASIDE, APART = 2.5, 100.0  # lengths from a link's middle to its mass centre: seldom more; never
 ROUNDABOUT = 5.0  # lengths: a radius of gyration is seldom more, and never APART
 UNLIKE, OFF = 0.3, 0.1  # of what a shape gives; of the length: a weighed link is seldom as far from its shape

@@ -275,7 +275,6 @@ def stay(functions, work, motion, options):
     for _ in range(SWEEPS if several else 1):
         for j in range(walls_of(motion)):
             if motion.modes[len(motion.flags) + j] > RELEASED:
-                functions.trig(motion.s, motion.p)
                 settle(functions, j, motion)
 
 
