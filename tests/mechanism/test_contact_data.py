@@ -227,6 +227,25 @@ def test_what_is_given_beside_the_parts_wins():
     assert steep.contact.stiffness * steep.data.approach**1.5 == pytest.approx(steep.data.load)
 
 
+@pytest.mark.parametrize(
+    ("contact", "friction", "told"),
+    [
+        ({"stiffness": 1e7, "damping": 200.0}, {"coefficient": 0.1}, ["given"] * 3),
+        ({"law": "hertz", "stiffness": 1e9}, None, ["given", "default", "left out"]),
+        (PARTS, None, ["from pin and bush"] * 4),
+        (
+            PARTS | {"stiffness": 1e8},
+            {"coefficient": 0.1},
+            ["given", *["from pin and bush"] * 2, "given"],
+        ),
+    ],
+)
+def test_each_number_knows_where_it_comes_from(contact, friction, told):
+    one = joint(contact=contact, friction=friction)
+    assert [*one.sources] == [*one.contact.numbers, "friction"]
+    assert [*one.sources.values()] == told
+
+
 def test_a_stiffness_by_hand_that_no_such_pin_has_is_doubted():
     def doubted(**contact):
         return list(doubts(linkage(contact=PARTS | contact), None, None))

@@ -43,8 +43,9 @@ def test_the_page_says_each_number_with_its_error():
     assert f"Rattles: joint B loses contact twice a turn and hits at 50 mm/s; {worked}." in lines
     repeats = "the motion repeats every turn, contact is lost in each."
     assert f"The crank turns at 62.83 rad/s (600 rpm); {repeats}" in lines
-    kept = "radial clearance of joint B below 150 µm; gear ratio above 5"
-    assert f"Contact is kept at: {kept}." in lines
+    kept = "at a radial clearance of joint B below 150 µm, or at a gear ratio above 5"
+    assert f"Loss of contact stops {kept}." in lines
+    assert "Largest joint forces (±: numerical error)" in lines
     assert "O ideal 22.00 ± 0.10 10.00 ± 0.10 2.2" in lines
     assert "B 200 µm 20.00 ± 0.10 12.00 ± 0.10 1.67" in lines
     assert "B 2 90 % 50 mm/s 10.00 ± 0.10 20.00 ± 0.10 400.00 ± 0.10" in lines
@@ -55,21 +56,33 @@ def test_the_page_says_each_number_with_its_error():
 
 def test_the_page_says_where_the_motion_changes_and_where_not():
     lines = [re.sub(" +", " ", line.strip()) for line in page(assessment()).splitlines()]
-    grazing = "below: contact is kept 150.00 ± 0.15 µm 25 % 148.5 µm and 151.5 µm grazing of the orbit"
-    assert grazing in lines
+    grazing = "150.00 ± 0.15 µm 25 % 148.5 µm and 151.5 µm grazing of the orbit"
+    assert f"contact is kept: radial clearance of joint B, below {grazing}" in lines
     assert "below: not met down to 100 µm: period 1 is lost, chaos begins" in lines
-    doubled = "above: period 1 is lost 260.00 ± 0.26 µm 30 % 257.4 µm and 262.6 µm period doubling"
-    assert doubled in lines
+    doubled = "260.00 ± 0.26 µm 30 % 257.4 µm and 262.6 µm period doubling"
+    assert f"period 1 is lost: radial clearance of joint B, above {doubled}" in lines
     assert "above: not met up to 300 µm, where it stopped: step_limit: contact is kept" in lines
-    assert any(line.startswith("above: chaos begins 4.5000 ± 0.0045 (") for line in lines)
+    assert any(line.startswith("chaos begins: gear ratio, above 4.5000 ± 0.0045 (") for line in lines)
     jump = next(line for line in lines if line.endswith("rpm) 33.3 % 3.96 and 4.04 fold of the orbit"))
-    assert jump.startswith("above: the motion ends in a fold and jumps to another 4.0")
+    assert jump.startswith("the motion ends in a fold and jumps to another: gear ratio, above 4.0")
     assert any(line.endswith("settled motions; back to the present behaviour at 5.5") for line in lines)
     assert (
         "motions looked at: 50 values below, 1.4 % apart on average; 50 values above, 0.81 % apart on average"
         in lines
     )
-    assert "what begins and ends between two neighbouring values is not seen" in lines
+    assert "What begins and ends between two neighbouring values is not seen." in lines
+
+
+def test_changes_stand_by_what_they_change_and_the_nearest_first():
+    lines = [re.sub(" +", " ", line.strip()) for line in page(assessment()).splitlines()]
+    heads = ("contact is kept: ", "period 1 is lost: ", "the motion ends in a fold", "chaos begins: ")
+    found = [(i, line) for line in lines for i, head in enumerate(heads) if line.startswith(head)]
+    assert [i for i, _ in found] == [0, 0, 1, 2, 3, 3]
+    away = [float(re.search(r"([0-9.]+) % ", line)[1]) for _, line in found]
+    assert away[0] < away[1]
+    assert away[4] < away[5]
+    rows = [line for line in lines if "not met" in line or "→" in line][:4]
+    assert ["not met" in row for row in rows] == [False, False, True, True]
 
 
 def test_windows_are_counted_and_warn_of_others():
@@ -81,11 +94,14 @@ def test_windows_are_counted_and_warn_of_others():
 def test_the_page_says_what_the_verdict_hangs_on():
     """The force at B is 20 N, and 2 N more with each variant; contact is lost from the third one on."""
     lines = [re.sub(" +", " ", line.strip()) for line in page(assessment()).splitlines()]
-    assert "joint B: kelvin voigt, 7.15 × 10⁶ N/m, 228 N s/m; friction 0.01" in lines
+    told = lines.index("joint B: kelvin voigt, 7.15 × 10⁶ N/m, 228 N s/m; friction 0.01")
+    assert lines[told + 1] == "given: stiffness, damping, friction"
     assert "as given rattles 20 2.2 2 50 mm/s 1" in lines
     assert "stiffness ×10 quiet 22 2.2 0 \N{EN DASH} 1" in lines
     assert "friction ×2 hammers 30 3 1 20 mm/s 1" in lines
-    band = "other data: the largest force at B is 20 N to 30 N, the grade quiet to hammers"
+    band = (
+        "With other contact data the largest force at B is 20 N to 30 N and the grade from quiet to hammers"
+    )
     assert f"{band}; friction matters most" in lines
 
 
@@ -114,9 +130,18 @@ def test_the_page_says_what_to_do():
     assert "radial clearance of joint B, below not met down to 20 µm" in lines
     change = "about 280 µm 40 % touches → hammers 20 N → 30 N 1.6 → 3.1 50 mm/s → 120 mm/s"
     assert f"radial clearance of joint B, above {change}" in lines
-    best = "of single changes, half the radial clearance of joint B helps most"
+    best = "Of single changes, half the radial clearance of joint B helps most"
     assert f"{best}: it lowers the largest force" in lines
     assert "from 2.2 to 1 times that of ideal joints" in lines
+    assert lines[lines.index("from 2.2 to 1 times that of ideal joints") + 1].endswith(
+        "twice the friction: 3)"
+    )
+
+
+def test_where_forces_are_those_of_ideal_joints_nothing_helps():
+    found = assessment(**QUIET)
+    found["force_ratio"] = found["force_ratio"] * 0 + 1.001
+    assert "  Forces are those of ideal joints: there is nothing to lower\n" in page(found)
 
 
 def edge_at(ratio, before, after):
@@ -144,14 +169,14 @@ def test_both_parts_of_the_page_say_one_value():
     lines = [re.sub(" +", " ", line.strip()) for line in text.splitlines()]
     change = "210 µm 5 % quiet → touches 10 N → 10 N 1.2 → 1.2 1 mm/s → 1 mm/s"
     assert f"radial clearance of joint B, above {change}" in lines
-    lost = "Contact is lost at: radial clearance of joint B above 210 µm;"
+    lost = "Contact is first lost at a radial clearance of joint B above 210 µm, or at a gear ratio"
     assert any(line.startswith(lost) for line in lines)
 
 
 def test_what_is_found_among_values_alone_says_so():
     text = page(assessment(sides=4 * [{"status": 7}], settled=0, **QUIET))
-    told = "radial clearance of joint B above about 280 µm, not settled; gear ratio above about 6"
-    assert f"Contact is lost at: {told} (about: among 49 values, not refined)." in text
+    told = "a radial clearance of joint B above about 280 µm, not settled, or at a gear ratio above about 6"
+    assert f"Contact is first lost at {told} (about: among 49 values, not refined)." in text
     assert (
         "about, not met: among 49 values, not refined; a narrow range with another grade may lie nearer"
         in text
@@ -161,7 +186,7 @@ def test_what_is_found_among_values_alone_says_so():
 
 def test_a_result_of_a_version_that_knew_less_is_told_too():
     """Of 0.1.0: all changes of the grade were among values, and no force of a stiffness was stored."""
-    older = assessment(**QUIET).drop_vars(["grade_change_by", "stiffness_load"])
+    older = assessment(**QUIET).drop_vars(["grade_change_by", "stiffness_load", "contact_sources"])
     assert answer(older)
     assert "about" in page(older)
     assert "write load" not in page(older)
@@ -224,9 +249,10 @@ def test_five_lines_say_the_verdict_the_motion_what_it_hangs_on_where_it_changes
         "Rattles: joint B loses contact twice a turn and hits at 50 mm/s; the largest force is"
     )
     assert second.endswith("the motion repeats every turn, contact is lost in each")
-    assert third == "Contact is kept at: radial clearance of joint B below 150 µm; gear ratio above 5"
-    assert band.startswith("other data: the largest force at B is 20 N to 30 N")
-    best = "of single changes, half the radial clearance of joint B helps most: it lowers the largest force"
+    kept = "a radial clearance of joint B below 150 µm, or at a gear ratio above 5"
+    assert third == f"Loss of contact stops at {kept}"
+    assert band.startswith("With other contact data the largest force at B is 20 N to 30 N")
+    best = "Of single changes, half the radial clearance of joint B helps most: it lowers the largest force"
     assert last == f"{best} from 2.2 to 1 times that of ideal joints"
     assert str(jp.summary(assessment())) == answer(assessment())
 
@@ -237,7 +263,7 @@ def test_a_chaotic_motion_is_told_by_its_exponent():
     assert "the motion is chaotic, largest exponent of the section map +1.500 ± 0.070 per turn" in text
     assert "below: chaotic at each of the 50 values down to 100 µm, 400 turns later too" in text
     assert "below: chaotic at 48 of the 50 values down to 1.5, 400 turns later too" in text
-    assert "above: chaos ends" in text
+    assert "chaos ends: " in text
     assert "chaos begins" not in text
     assert "not known to be chaotic" in page(assessment(period=0, traits=np.array([1, 1, 0]), **more))
 

@@ -198,7 +198,7 @@ class _Spot:
             form = f", as a number or a text with its unit such as '3 {units}',"
         endless = is_number and not _finite(given) and not {"lt", "le"} & bounds.keys()
         words = " ".join(["finite"] * (endless or not limits) + [noun] + [limits] * bool(limits))
-        return f"{_article(words)} {words}{unit}{form}"
+        return f"{article(words)} {words}{unit}{form}"
 
 
 def _finite(given: Any) -> bool:
@@ -208,7 +208,8 @@ def _finite(given: Any) -> bool:
         return False
 
 
-def _article(words: str) -> str:
+def article(words: str) -> str:
+    """The indefinite article before these words."""
     return "an" if words[0].lower() in "aeiou" and not words.startswith("uni") else "a"
 
 

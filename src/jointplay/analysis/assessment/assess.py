@@ -96,6 +96,7 @@ OUTPUTS = Outputs(
         "ideal_joint_force": Out(("turn_share", "joint"), "joint force, ideal mechanism", "N", SHARES_OF),
         "clearance": Out("joint", "radial clearance", "m"),
         "contact_data": Out("joint", "contact law with its numbers, and friction", ""),
+        "contact_sources": Out("joint", "where these numbers come from", ""),
         "stiffness_load": Out("joint", "force at which stiffness follows from pin and bush", "N"),
         "friction_coefficient": Out("joint", "coefficient of friction of a joint with clearance"),
     }
@@ -463,6 +464,7 @@ def _contacts(mechanism: Mechanism, joints: list[str], now: Answer) -> dict[str,
     data = [_contact_data(joint) if joint else "" for joint in loose]
     friction = [getattr(joint.friction, "coefficient", 0.0) if joint else np.nan for joint in loose]
     found: dict[str, Any] = {"contact_data": np.array(data), "friction_coefficient": np.array(friction)}
+    found["contact_sources"] = np.array([_sources(joint) if joint else "" for joint in loose])
     loads = [joint.data.load if joint and joint.data else np.nan for joint in loose]
     found["stiffness_load"] = np.array(loads)
     found["clearance"] = np.array([joint.clearance for joint in mechanism.joints])
@@ -487,8 +489,16 @@ def _contact_data(joint: Any) -> str:
     """Law of contact and friction of a joint, in words."""
     friction = f"friction {joint.friction.description}" if joint.friction else "no friction"
     law, told = joint.contact.law.replace("_", " "), joint.contact.description
-    told += f", from pin and bush: stiffness {joint.data.secant}" if joint.data else ""
+    told += f", that is {joint.data.secant}" if joint.data else ""
     return f"{told if told.startswith(law) else f'{law}, {told}'}; {friction}"
+
+
+def _sources(joint: Any) -> str:
+    """Where the numbers of a joint's contact and friction come from, in words."""
+    places: dict[str, list[str]] = {}
+    for name, place in joint.sources.items():
+        places.setdefault(place, []).append(name.replace("_", " "))
+    return "; ".join(f"{place}: {', '.join(names)}" for place, names in places.items())
 
 
 def _motion(now: Answer) -> dict[str, Any]:

@@ -14,6 +14,7 @@ largest force to that of the same linkage with ideal joints.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
@@ -23,6 +24,7 @@ import numpy as np
 from jointplay.analysis.assessment.edges import SIDES
 from jointplay.analysis.assessment.settled import SLOW
 from jointplay.display import codes
+from jointplay.display.accepted import article
 from jointplay.display.number_text import counted, measure, plain, shown, signed, with_error
 
 if TYPE_CHECKING:
@@ -170,13 +172,14 @@ def _limits(dataset: Dataset) -> str:
         limits = [(side, _limit(dataset, key, side)) for side in SIDES]
         ends = [f"{side} {_at(dataset, key, *limit)}" for side, limit in limits if limit]
         if ends:
-            places.append(f"{dataset['parameter_name'].sel(parameter=key).values} {' or '.join(ends)}")
+            name = str(dataset["parameter_name"].sel(parameter=key).values)
+            places.append(f"at {article(name)} {name} {' or '.join(ends)}")
     if not places and not dataset["values_looked_at"].values.any():
         return "Where contact is first lost or kept was not looked at"
     if not places:
         return f"Contact is {'lost' if lost else 'kept'} at all values that were looked at"
     coarse = f" ({COARSE.format('about', dataset.sizes['value'])})" if "about" in str(places) else ""
-    return f"Contact is {'kept' if lost else 'lost'} at: {'; '.join(places)}{coarse}"
+    return f"{'Loss of contact stops' if lost else 'Contact is first lost'} {', or '.join(places)}{coarse}"
 
 
 def _limit(dataset: Dataset, key: str, side: str) -> tuple[float, str] | None:
@@ -223,9 +226,11 @@ def _hangs_on(dataset: Dataset) -> list[str]:
     """Contact data, and the same motion with other contact data."""
     if _grade(dataset) == UNKNOWN:
         return ["What it hangs on: not known"]
-    lines = ["What it hangs on"]
-    for name, text in zip(_joints(dataset), dataset["contact_data"].values, strict=True):
+    lines, given = ["What it hangs on"], dataset["contact_data"].values
+    sources = dataset["contact_sources"].values if "contact_sources" in dataset else [""] * len(given)
+    for name, text, source in zip(_joints(dataset), given, sources, strict=True):
         lines += [f"  joint {name}: {text}"] if text else []
+        lines += [f"  {source}"] if source else []
         lines += _loaded(dataset.sel(joint=name))
     if not dataset.sizes.get("variant"):
         return lines
@@ -280,12 +285,13 @@ def _band(dataset: Dataset, joint: str) -> str:
     low, high = (measure(f([here, *there[known]]), "N", 3) for f in (min, max))
     marks = {_grade(dataset), *codes.words(dataset["variant_grade"]).values.tolist()} - {UNKNOWN}
     grades = [grade for grade in GRADES if grade in marks]
-    grade = f"{grades[0]} to {grades[-1]}" if len(grades) > 1 else f"{grades[0]} throughout"
+    grade = f"from {grades[0]} to {grades[-1]}" if len(grades) > 1 else f"{grades[0]} throughout"
     away = np.abs(np.log(there[known] / here))
     most = f"{dataset['variant_quantity'].values[known][np.argmax(away)]} matters most"
     if len(grades) == 1 and np.max(away) < math.log(ALIKE):
         most = "none of them matters"
-    return f"other data: the largest force at {joint} is {low} to {high}, the grade {grade}; {most}"
+    force = low if low == high else f"{low} to {high}"
+    return f"With other contact data the largest force at {joint} is {force} and the grade {grade}; {most}"
 
 
 def _to_do(dataset: Dataset) -> list[str]:
@@ -293,15 +299,17 @@ def _to_do(dataset: Dataset) -> list[str]:
     if _grade(dataset) == UNKNOWN:
         return ["What to do: not known"]
     rows = [("", "grade changes at", "away", "grade", "largest force", "times ideal", "impact speed")]
-    notes = []
+    notes, looked = [], []
     for key in map(str, dataset["parameter"].values):
         one = dataset.sel(parameter=key)
         if _not_run(one["curve_status"]):
             notes.append(f"{one['parameter_name'].values}: not looked at")
             continue
-        for side in SIDES:
-            rows.append(_grade_change(dataset, key, side))
-            notes += _beyond(dataset, key, side)
+        looked += [(key, side) for side in SIDES]
+        notes += [note for side in SIDES for note in _beyond(dataset, key, side)]
+    away = np.abs(np.log(dataset["grade_change_ratio"].sel(place="after")))
+    looked.sort(key=lambda at: float(away.sel(parameter=at[0], side=at[1]).fillna(np.inf)))
+    rows += [_grade_change(dataset, *at) for at in looked]
     if coarse := [word for word in ("about", NOT_MET) if any(word in row[1] for row in rows)]:
         words = COARSE.format(", ".join(coarse), dataset.sizes["value"])
         notes.append(f"{words}; a narrow range with another grade may lie nearer")
@@ -367,13 +375,15 @@ def _helps(dataset: Dataset) -> str:
         share = plain(100 * (1 - float(one["curve_ratio"][i])), 2)
         found[words.format(one["parameter_name"].values, share=share)] = largest(ratio)
     if not (found := {words: ratio for words, ratio in found.items() if math.isfinite(ratio)}):
-        return "single changes: not looked at"
+        return "Single changes: not looked at"
     best = min(found, key=found.__getitem__)
-    tried = ", ".join(f"{words} {plain(found[words], 3)}" for words in sorted(found, key=found.__getitem__))
+    tried = "; ".join(f"{words}: {plain(found[words], 3)}" for words in sorted(found, key=found.__getitem__))
+    if now < ALIKE:
+        return "Forces are those of ideal joints: there is nothing to lower"
     if found[best] > HELPS * now:
-        return f"none of these single changes lowers the largest force ({plain(now, 3)} times ideal): {tried}"
+        return f"None of these single changes lowers the largest force ({plain(now, 3)} times ideal; {tried})"
     lower = f"from {plain(now, 3)} to {plain(found[best], 3)} times that of ideal joints"
-    return f"of single changes, {best} helps most: it lowers the largest force\n  {lower}\n  ({tried})"
+    return f"Of single changes, {best} helps most: it lowers the largest force\n  {lower}\n  ({tried})"
 
 
 def _joints(dataset: Dataset) -> list[str]:
@@ -429,7 +439,10 @@ def _forces(dataset: Dataset) -> list[str]:
         loose = float(one["clearance"]) > 0
         clearance = measure(float(one["clearance"]), "m", 4) if loose else "ideal"
         rows.append((name, clearance, *pairs, plain(float(one["force_ratio"]), 3)))
-    return ["Largest joint forces", *_table(rows)]
+    error = (
+        "numerical error" if float(dataset["period"]) > 0 else "numerical error, and scatter between turns"
+    )
+    return [f"Largest joint forces (\N{PLUS-MINUS SIGN}: {error})", *_table(rows)]
 
 
 def _contacts(dataset: Dataset) -> list[str]:
@@ -463,17 +476,17 @@ def _value(dataset: Dataset, key: str, ratio: float, digits: int = 6) -> str:
 def _changes(dataset: Dataset) -> list[str]:
     lines = ["Where the motion changes, outward from the present value of one parameter at a time"]
     lines += [f"  {_limits(dataset)}."] if _grade(dataset) != UNKNOWN else []
-    for key in map(str, dataset["parameter"].values):
-        one = dataset.sel(parameter=key)
-        now = f"now {_value(dataset, key, 1.0, 4)}"
-        rows = [(f"{one['parameter_name'].values}, {now}", "at", "away", "between motions at", "found by")]
-        unmet = []
+    keys = [str(key) for key in dataset["parameter"].values]
+    rows = [row for name in map(str, dataset["change"].values) for row in _met(dataset, keys, name)]
+    lines += _table([("", "at", "away", "between motions at", "found by"), *rows]) if rows else []
+    for key in keys:
+        one, notes = dataset.sel(parameter=key), []
         for side in SIDES:
-            rows += _met(dataset, key, side)
             for lines_of in (_not_met, _missed, _shares, _windows):
-                unmet += lines_of(dataset, key, side)
-        lines += [*_table(rows), *(f"    {line}" for line in [*unmet, _looked(one)])]
-    return [*lines, "  what begins and ends between two neighbouring values is not seen"]
+                notes += lines_of(dataset, key, side)
+        lines.append(f"  {one['parameter_name'].values}, now {_value(dataset, key, 1.0, 4)}")
+        lines += [f"    {line}" for line in [*notes, _looked(one)]]
+    return [*lines, "  What begins and ends between two neighbouring values is not seen."]
 
 
 def _looked(one: Dataset) -> str:
@@ -516,16 +529,19 @@ def _windows(dataset: Dataset, key: str, side: str) -> Iterator[str]:
         yield f"{side}: {known}; others may have been missed"
 
 
-def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
-    """Rows of the changes found on one side."""
-    for name in map(str, dataset["change"].values):
+def _met(dataset: Dataset, keys: Sequence[str], name: str) -> list[tuple[str, ...]]:
+    """Rows on where a change was found, the nearest first."""
+    rows = []
+    for key, side in itertools.product(keys, SIDES):
         found = dataset.sel(parameter=key, side=side, change=name)
-        how = str(codes.words(found["found_by"]).values)
-        if how != "not_met":
+        how, place = _of(found["found_by"]), f"{found['parameter_name'].values}, {side}"
+        if how != NOT_MET.replace(" ", "_"):
             kind = FOUND.get(how, how.replace("_", " "))
             if math.isfinite(back := float(found["return_ratio"])):
                 kind += f"; back to the present behaviour at {_value(dataset, key, back, 4)}"
-            yield f"  {side}: {_words(dataset, name, how)}", *_place(dataset, key, found), kind
+            row = f"{_words(dataset, name, how)}: {place}", *_place(dataset, key, found), kind
+            rows.append((abs(math.log(float(found["edge_ratio"]))), row))
+    return [row for _, row in sorted(rows, key=lambda each: each[0])]
 
 
 def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from jointplay.display.accepted import from_pydantic
+from jointplay.display.accepted import article, from_pydantic
 from jointplay.display.errors import NOTHING, InputError, Problem, unknown
 from jointplay.display.number_text import measure, plain, typed
 from jointplay.solver.equations.friction import FRICTIONS
@@ -172,7 +172,7 @@ def checked_numbers(
             values[key] = float(value)
         else:
             noun = key.rpartition(".")[2].replace("_", " ")
-            accepted = f"{'an' if noun[0] in 'aeiou' else 'a'} {noun} {bounds(each, unit, bound)}"
+            accepted = f"{article(noun)} {noun} {bounds(each, unit, bound)}"
             given_here = NOTHING if value is None else value
             problems.append(Problem(key, given_here, f"{accepted} of law {name} is accepted"))
     return values, problems

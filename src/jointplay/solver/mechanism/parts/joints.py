@@ -220,6 +220,16 @@ class Joint(Record):
         return ContactData(parts, self.radius, self.clearance) if parts and not self.ideal else None
 
     @property
+    def sources(self) -> dict[str, str]:
+        """Where each number of its contact comes from, and its friction."""
+        own, contact = self._stated(), self.contact
+        follow = self.data.numbers(contact.law, contact.given) if self.data else {}
+        made = dict.fromkeys(follow, "from pin and bush") | dict.fromkeys(own["contact"].given, "given")
+        places = {name: made.get(name, "default") for name in contact.numbers}
+        rubs = "given" if self.friction else "left out"
+        return places | {"friction": "from pin and bush" if "friction" not in own else rubs}
+
+    @property
     def ideal(self) -> bool:
         """Whether it has no clearance."""
         return not self.clearance
