@@ -71,6 +71,14 @@ def test_a_vibration_of_many_samples_a_cycle_is_its_curve():
     assert y.max() == data.highest_normal_force.max()
 
 
+def test_an_envelope_fills_valleys_between_near_peaks_and_widens_no_single_one():
+    high = np.zeros(100)
+    high[[20, 60, 66]] = 1.0, 2.0, 3.0
+    filled = high.copy()
+    filled[60:66] = 2.0
+    np.testing.assert_array_equal(envelope.widest(high), filled)
+
+
 def test_what_lies_beyond_two_samples_stands_between_them():
     x, y = np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 2.0, 1.0, 1.0])
     low, high = np.array([0.0, -1.0, 1.0, 0.5]), np.array([0.0, 2.0, 4.0, 1.0])

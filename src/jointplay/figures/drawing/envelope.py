@@ -89,6 +89,11 @@ def turning(y: np.ndarray) -> np.ndarray:
 
 
 def widest(high: np.ndarray) -> np.ndarray:
+    """Return the samples with all valleys filled that are narrower than twice the reach (closing)."""
+    return -greatest(-greatest(high))
+
+
+def greatest(high: np.ndarray) -> np.ndarray:
     """Return the greatest of the samples within reach."""
     padded = np.pad(high, REACH, constant_values=np.nan)
     return np.fmax.reduce(np.lib.stride_tricks.sliding_window_view(padded, 2 * REACH + 1), axis=-1)
