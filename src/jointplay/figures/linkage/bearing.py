@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 RIM, OUTER = 1.45, 1.5  # clearances: outer radius of the bearing, half the width of the panel
-PUSH = 0.9  # of the largest force, as an arrow
+PUSH = 0.45  # of the largest force, as an arrow
 EDGE = (-RIM, 0.0)  # where what it enlarges is pointed at
 
 
