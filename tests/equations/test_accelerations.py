@@ -50,7 +50,7 @@ def agree(system, model, y, modes, tolerance=1e-11):
 SCENES = [*itertools.product(ARRANGEMENTS, ("motor", "speed")), ("BC", "none")]
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 @pytest.mark.parametrize(("joints", "drive"), SCENES)
 def test_accelerations_and_contacts(joints, drive):
     system, model = pair(joints, drive=drive)

@@ -82,7 +82,7 @@ def test_slider_crank_in_closed_form():
         within([each[word] for each in found], expected)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_quick_return_in_closed_form():
     """Arm of the crank shaper over a turn."""
     r, p, w = 0.05, 0.12, 20.0

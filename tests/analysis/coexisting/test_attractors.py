@@ -105,7 +105,7 @@ def test_workers_do_not_change_the_answer():
     assert one.identical(two)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_a_value_more_changes_no_other(pair):
     one = jp.attractors(PAIR, over={"gap": [3.6]}, region=PLANE, starts=40, n_jobs=1, **SHORT)
     assert one["count"].values.tolist() == pair["count"].values[1:2].tolist()

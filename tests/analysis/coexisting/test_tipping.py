@@ -255,7 +255,7 @@ def test_both_wells_are_left_by_mirrored_knocks_as_their_symmetry_says(wells):
     assert (wells["fraction_reached"].values[:, -1] == wells["fraction"].values).all()
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_the_edge_state_is_the_saddle_orbit_between_the_wells(wells):
     """The orbit that periodic_orbit finds by itself; the product of its multipliers is known."""
     saddle = jp.periodic_orbit(WELLS, initial=[-0.02, 0.0], transient=0)

@@ -35,7 +35,7 @@ def stable(found, branch=0):
     return along(found, branch, "stable") == 1
 
 
-@pytest.fixture(scope="module", params=[0.8, pytest.param(0.6, marks=pytest.mark.long)])
+@pytest.fixture(scope="module", params=[0.8, pytest.param(0.6, marks=pytest.mark.nightly)])
 def impacts(request):
     """The symmetric motion from below its loss of symmetry to beyond its fold, for a restitution."""
     r = request.param

@@ -55,7 +55,7 @@ def ishigami(rows, **given):
     return jp.tolerances(system, spreads=spreads, samples=rows, shares=rows, **settings | given)
 
 
-@pytest.mark.long
+@pytest.mark.nightly
 def test_ishigami():
     found = ishigami(64).isel(output=0)
     for name, truth in (("first_order", [0.3139, 0.4424, 0.0]), ("total", [0.5576, 0.4424, 0.2437])):
