@@ -143,9 +143,14 @@ def _over(ax: Axes, one: Dataset, values: np.ndarray) -> None:
     """The axis of the parameter: grades behind the curve, the present value and the changes as lines."""
     symbol, factor = _unit(one)
     present = float(one["present_value"]) * factor
+    grades = codes.words(one["curve_grade"]).values
     middles = np.sqrt(values[1:] * values[:-1]) * np.sign(present)
+    for ratio in one["grade_change_ratio"].sel(place="after").values:
+        i = int(np.searchsorted(one["curve_ratio"].values, ratio))
+        if 0 < i < len(values) and grades[i - 1] != grades[i]:
+            middles[i - 1] = ratio * present
     ends = np.concatenate([values[:1], middles, values[-1:]])
-    for low, high, grade in zip(ends[:-1], ends[1:], codes.words(one["curve_grade"]).values, strict=True):
+    for low, high, grade in zip(ends[:-1], ends[1:], grades, strict=True):
         ax.axvspan(low, high, color=SHADES[str(grade)], linewidth=0, zorder=-1)
     ax.axvline(present, color=style.GREY, linewidth=1.2, linestyle="-", zorder=0)
     for name, (colour, line, _) in MARKS.items():
