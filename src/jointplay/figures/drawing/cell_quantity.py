@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.errors import NOTHING, InputError, Problem, unknown
-from jointplay.figures.drawing import select
+from jointplay.figures.drawing import DataArray, Dataset, select
 from jointplay.kinds import KINDS
-
-if TYPE_CHECKING:
-    from xarray import DataArray, Dataset
 
 LARGEST = "largest"  # of all entries the one with the largest value
 ENTRIES = {"exponent": 1, "multiplier": LARGEST}  # where none is asked for

@@ -17,13 +17,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from cycler import cycler
 
-from jointplay.figures.drawing import select
+from jointplay.figures.drawing import Axes, Dataset, Figure, SubFigure, select
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
-    from xarray import Dataset
-
     from jointplay.figures.drawing.derived import Sheet
 
 MILLIMETRE = 1 / 25.4
