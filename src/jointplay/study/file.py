@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from functools import reduce
 from operator import or_
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter
 
+from jointplay.analysis.labels import xr
 from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.rules import NONE
 from jointplay.display.accepted import descriptions
@@ -24,9 +25,6 @@ from jointplay.study.results import provenance
 from jointplay.study.results.store import open_result
 from jointplay.study.vary_table import in_own_units as varied_in_own_units
 from jointplay.study.vary_table import parsed, tried
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
@@ -164,8 +162,6 @@ def figure_options(
     dict
         For `jointplay.figures.draw`.
     """
-    import xarray as xr
-
     study = provenance.read(dataset).get("study") if isinstance(dataset, xr.Dataset) else None
     own = study.get("figure") if isinstance(study, dict) else None
     options = (own if isinstance(own, dict) else {}) if kind is None else {"kind": kind}

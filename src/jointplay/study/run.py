@@ -13,11 +13,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from inspect import signature
-from typing import TYPE_CHECKING
 
 from jointplay.analysis import cells
 from jointplay.analysis.cells import DIGITS, Batch, Cell, Read, Show, Work, answered, driven, in_memory, warm
 from jointplay.analysis.exponents.frame_growth import Stretch, followed_together
+from jointplay.analysis.labels import xr
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.sweeps import gather
 from jointplay.analysis.sweeps.chains import TOGETHER, groups
@@ -35,9 +35,6 @@ from jointplay.study.file import Loaded
 from jointplay.study.models import Study, SweepStudy
 from jointplay.study.results import provenance
 from jointplay.study.vary_table import points
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SAMPLED = 32  # cells whose mechanisms are assembled to find the structures to compile
 WORK = 2  # digits that number the works of an analysis

@@ -35,7 +35,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
@@ -46,7 +46,7 @@ from jointplay.analysis.gradients import gradient_dataset, selection
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS, WHY
 from jointplay.analysis.gradients.selection import Quantity
 from jointplay.analysis.keywords import Moving, Names, Settling, analysis
-from jointplay.analysis.labels import Out, ended
+from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.orbits.orbit_dataset import section_fits, started
 from jointplay.analysis.orbits.section_map import (
     BEGINS,
@@ -75,9 +75,6 @@ from jointplay.solver.method.codes import Event, Mode, Status
 from jointplay.solver.motion.guard_tolerances import clearances_squared
 from jointplay.solver.motion.progress import part
 from jointplay.solver.motion.trajectory import Records, Request, follow
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 LEADING = 3  # quantities, and parameters of each, whose derivatives are named
 LOOSER = 10.0  # tolerance of the second run, in that of the first: their distance is the error

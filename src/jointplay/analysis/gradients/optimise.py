@@ -36,7 +36,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
+from typing import Annotated, Any, Literal, Unpack
 
 import numpy as np
 from pydantic import Field
@@ -50,7 +50,7 @@ from jointplay.analysis.gradients.gradient import gradient, start_section
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.gradients.selection import MULTIPLIERS
 from jointplay.analysis.keywords import Moving, Quantity, Settling, Small, analysis
-from jointplay.analysis.labels import Out, ended
+from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.orbits.orbit_dataset import started
 from jointplay.analysis.quantities import STATUS, WORDS
 from jointplay.analysis.rules import turns_alike
@@ -64,9 +64,6 @@ from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.paths import parts_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.progress import tick
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 WHY = {  # a search ended so
     "converged": "",

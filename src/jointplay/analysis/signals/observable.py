@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from jointplay.analysis.labels import xr
 from jointplay.analysis.quantities import WORDS, recorded
 from jointplay.display.errors import InputError, Problem, unknown
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOVED = 0.9  # of the progress, when a motion has been followed and is to be evaluated
 STATE = "state_value"

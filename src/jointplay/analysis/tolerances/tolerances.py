@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
+from typing import Annotated, Any, Literal, Unpack
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.gradients import selection
 from jointplay.analysis.gradients.gradient import gradient
 from jointplay.analysis.keywords import Moving, Names, Settling, Share, Small, analysis
-from jointplay.analysis.labels import Out, ended
+from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import section_fits
@@ -66,9 +66,6 @@ from jointplay.solver.mechanism.parameters import INITIAL, Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 from jointplay.solver.motion.ensemble_runs import in_lanes
 from jointplay.solver.motion.progress import part
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 BLOCK, STILL_OPEN = 128, 32  # samples of a cell; fewer of those followed on, so that no worker waits
 SAMPLES, TURNS, TRANSIENT, LYAPUNOV_TURNS, ROWS, EDGE_RUNS = 1000, 50, 150, 200, 128, 100

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from jointplay.analysis.labels import xr
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse
 from jointplay.solver.mechanism.loops.positions import gap, origins
 from jointplay.solver.mechanism.records import Mechanism
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 APART = 1e-3  # of the longest link: where joints miss by more, the motion is another mechanism's
 
