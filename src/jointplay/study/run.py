@@ -72,8 +72,8 @@ def computed(
     show: Show | None = None,
 ) -> xr.Dataset:
     """Dataset of a study without provenance; `run_work` runs its cells, `show` is as in `driven`."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)  # the result says it too, and the command repeats that
+    # the result says it too, and the command repeats that
+    with warnings.catch_warnings(action="ignore", category=ModelWarning):
         return driven(partial(_analysis(record), progress=progress), run_work, show)
 
 
@@ -103,8 +103,7 @@ def grows(record: Study) -> bool:
 
 def first_work(record: Study) -> Work:
     """The first cells that a study hands out; `InputError` where it has none."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)
+    with warnings.catch_warnings(action="ignore", category=ModelWarning):
         work = cells.first_work(_analysis(record)) if has_cells(record) else None
     if work is None:
         expected = "a study with cells is accepted, such as one with [vary] or over a plane of starts"

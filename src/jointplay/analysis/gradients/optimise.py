@@ -506,8 +506,7 @@ def followed(
     """
     run = {"initial": settings["initial"], "max_steps": settings["max_steps"], "rtol": TIGHT}
     values, words = np.full(len(names), np.nan), [name.partition(":")[0] for name in names]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)
+    with warnings.catch_warnings(action="ignore", category=ModelWarning):
         state = _settled(mechanism, settings["transient"], run) if settings["orbit"] else run["initial"]
         if settings["orbit"] and state is None:
             return values, None
@@ -601,8 +600,8 @@ def _pass(
     limits = {"type": "ineq", "fun": lambda p: aim.margins(at(p)), "jac": lambda p: aim.margin_slopes(at(p))}
     box = list(zip(np.maximum(x - reach, 0.0), np.minimum(x + reach, 1.0), strict=True))
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # of points that it clips to the box
+        # of points that it clips to the box
+        with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
             found = minimize(
                 lambda p: aim.value(at(p)),
                 x,
@@ -700,8 +699,8 @@ class Trials:
         tick()
         n, m = len(self.quantities), len(x)
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", ModelWarning)  # the verdict is kept with the trial
+            # the verdict is kept with the trial
+            with warnings.catch_warnings(action="ignore", category=ModelWarning):
                 given = {"of": self.quantities, "by": tuple(self.by), "progress": None}
                 found = gradient(self.design(x), **given, **self.settings | self._start(x))
         except InputError:  # numbers that make no mechanism together, as links that do not reach

@@ -824,8 +824,8 @@ def _derivatives(
     mechanism: Any, medians: Mapping[str, float], of: tuple[str, ...], rtol: float
 ) -> dict[str, Any]:
     """Derivatives of quantities of the periodic orbit at the medians."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)  # what is doubtful is said in the answer
+    # what is doubtful is said in the answer
+    with warnings.catch_warnings(action="ignore", category=ModelWarning):
         found = gradient(
             mechanism.varied(medians), of=of, by=tuple(medians), orbit=True, rtol=min(rtol, 1e-8)
         )
