@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.display.errors import Problem, raise_any, unknown
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.method.codes import Event, Mode, Status
 
@@ -100,8 +100,7 @@ def recorded(
         elif name in BALANCE and not integrals:
             expected = "a quantity of the state is accepted, no integral over time"
             wrong.append(Problem(f"{key}[{i}]", name, expected))
-    if wrong:
-        raise InputError(wrong, "")
+    raise_any(wrong)
     return tuple(dict.fromkeys(record))
 
 

@@ -15,7 +15,7 @@ from jointplay.analysis.labels import xr
 from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.rules import NONE
 from jointplay.display.accepted import descriptions
-from jointplay.display.errors import NOTHING, InputError, Problem, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, unknown
 from jointplay.kinds import KINDS, Kind
 from jointplay.solver.mechanism.measures import PATTERN
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
@@ -101,8 +101,7 @@ def title_of(path: Path | str) -> str | None:
 
 def validate(table: Mapping[str, Any]) -> Study:
     """The study of a parsed TOML table; `InputError` with everything that is wrong and its key paths."""
-    if problems := toml_text.implausible(dict(table)):
-        raise InputError(problems)
+    raise_any(toml_text.implausible(dict(table)))
     if table.get("kind") not in list(KINDS):  # a list: what was given need not be hashable
         raise InputError(_without_kind(table))
     try:
@@ -166,8 +165,7 @@ def figure_options(
     own = study.get("figure") if isinstance(study, dict) else None
     options = (own if isinstance(own, dict) else {}) if kind is None else {"kind": kind}
     options = toml_text.override(options, changes)
-    if problems := toml_text.implausible(options):
-        raise InputError(problems)
+    raise_any(toml_text.implausible(options))
     return options
 
 

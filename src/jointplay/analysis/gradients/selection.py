@@ -25,7 +25,7 @@ from jointplay.analysis.orbits.family import map_derivative
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit, descending, exponents
 from jointplay.analysis.quantities import BALANCE, WORDS, WORK
-from jointplay.display.errors import NOTHING, InputError, Problem, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, strangers, unknown, with_keys
 from jointplay.solver.mechanism.directions import AT_ZERO, SIDES, slope
 from jointplay.solver.mechanism.parameters import EXAMPLE, INITIAL, NAMED, Parameter
 from jointplay.solver.mechanism.paths import parts_of
@@ -167,9 +167,7 @@ def quantities_fit(
 ) -> Iterator[Problem]:
     """Yield the problems of quantities that the mechanism has not."""
     known = known_quantities(mechanism, orbit) if of else ()
-    for i, name in enumerate(of or ()):
-        if name not in known:
-            yield unknown(f"of[{i}]", name, name, known, "quantity")
+    return strangers(with_keys("of", of), known, "quantity")
 
 
 def parameters_fit(

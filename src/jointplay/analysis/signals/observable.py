@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from jointplay.analysis.labels import xr
 from jointplay.analysis.quantities import WORDS, recorded
-from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.display.errors import InputError, Problem, raise_any, strangers
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 MOVED = 0.9  # of the progress, when a motion has been followed and is to be evaluated
@@ -62,8 +62,7 @@ def _labels(mechanism: Mechanism, of: str | None) -> tuple[str, ...]:
 
 
 def _known(name: str, names: tuple[str, ...], key: str, what: str) -> str:
-    if name not in names:
-        raise InputError([unknown(key, name, name, names, what)])
+    raise_any(strangers([(key, name)], names, what))
     return name
 
 

@@ -58,7 +58,7 @@ from jointplay.analysis.tolerances.spreads import (
     words_of,
 )
 from jointplay.display import codes
-from jointplay.display.errors import ModelWarning, Problem, unknown
+from jointplay.display.errors import ModelWarning, Problem, strangers, unknown, with_keys
 from jointplay.display.number_text import counted, measure, percent, plain
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, NonNegative, Number, accepts
@@ -297,14 +297,10 @@ def _asked_fits(
 ) -> Iterator[Problem]:
     """Yield the problems of events and quantities that the mechanism has not."""
     able = usual_events(mechanism)
-    for i, name in enumerate(events or ()):
-        if name not in able:
-            yield unknown(f"events[{i}]", name, name, able, "event")
+    yield from strangers(with_keys("events", events), able, "event")
     if turns < REPEATS and (usual_events(mechanism) if events is None else events):
         yield Problem("turns", turns, f"at least {REPEATS} are accepted, or events = []")
-    named = [(f"of[{i}]", name) for i, name in enumerate(of or ())] + [
-        (f"limits.{n}", n) for n in limits or ()
-    ]
+    named = [*with_keys("of", of), *((f"limits.{name}", name) for name in limits or ())]
     known = known_quantities(mechanism) if named else []
     for place, name in named:
         if name not in known:
@@ -335,9 +331,8 @@ def _causes_fit(
     elif prices is not None and (not limits or correlation is not None):
         yield Problem("prices", prices, "accepted beside limits, and without correlation")
     heads = {batch[0] for batch in together} | {*spreads} - {key for batch in together for key in batch}
-    for key in prices or ():
-        if key not in heads:
-            yield unknown(f"prices.{key}", key, key, sorted(heads), "parameter, or first one of a batch,")
+    priced = ((f"prices.{key}", key) for key in prices or ())
+    yield from strangers(priced, sorted(heads), "parameter, or first one of a batch,")
     if len(prices or ()) > estimates.MOST_SUBSETS:
         yield Problem("prices", len(prices), f"at most {estimates.MOST_SUBSETS} prices are accepted")
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.display.errors import Problem, raise_any, strangers, with_keys
 from jointplay.figures.drawing import (
     Axes,
     DataArray,
@@ -119,10 +119,7 @@ def listed(maps: Any, known: Sequence[str]) -> list[str]:
     wanted = [maps] if isinstance(maps, str) else list(maps)
     if not wanted:
         raise select.refuse("maps", maps, "a list of at least one name")
-    named = enumerate(wanted)
-    wrong = [unknown(f"figure.maps[{i}]", v, v, known, "variable") for i, v in named if v not in known]
-    if wrong:
-        raise InputError(wrong)
+    raise_any(strangers(with_keys("figure.maps", wanted), known, "variable"))
     return wanted
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.display import codes
-from jointplay.display.errors import NOTHING, InputError, Problem, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, unknown
 from jointplay.figures.drawing import DataArray, Dataset, select
 from jointplay.kinds import KINDS
 
@@ -101,8 +101,7 @@ def refuse_wrong(array: DataArray, own: list[str], entries: dict[str, Any]) -> N
             named = ", ".join(map(str, values[:LISTED])) + (f" ... {values[-1]}" if values[LISTED:] else "")
             accepted = f"an entry along {dim} is accepted: {named}, or {LARGEST!r}"
             wrong.append(Problem(f"figure.at.{dim}", given, accepted))
-    if wrong:
-        raise InputError(wrong)
+    raise_any(wrong)
 
 
 def entry_index(array: DataArray, dim: str, entry: Any) -> Any:

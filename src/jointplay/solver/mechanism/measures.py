@@ -15,7 +15,7 @@ from functools import cache
 from itertools import chain, repeat
 from typing import Any
 
-from jointplay.display.errors import InputError, refuse
+from jointplay.display.errors import InputError, raise_any, refuse
 from jointplay.display.number_text import typed
 
 SMALLEST = 1e-50  # SI; a handful of such numbers can still be multiplied
@@ -63,8 +63,7 @@ def _each(items: Iterable[tuple[Any, Any, Any]]) -> list[Any]:
             values.append(in_si(item, units))
         except InputError as error:
             problems += error.under(str(key)).problems
-    if problems:
-        raise InputError(problems)
+    raise_any(problems)
     return values
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.display.errors import InputError, Problem, refuse
+from jointplay.display.errors import Problem, raise_any, refuse
 from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.equations.own.written import Oscillator
 from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
@@ -94,13 +94,11 @@ def _check_gaps(
         True: "a position on the inner side of the {} wall",
         False: "a state with the guard of {} above 0",
     }
-    problems = [
+    raise_any(
         Problem("initial", state.tolist(), f"{accepted[name in walls].format(name)} is accepted")
         for name, gap in _gaps(module, given).items()
         if gap < -PLAY
-    ]
-    if problems:
-        raise InputError(problems)
+    )
 
 
 def _gaps(module: ModuleType, given: dict[str, float]) -> dict[str, float]:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.display.errors import NOTHING, InputError, Problem, join, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, join, strangers, unknown
 from jointplay.solver.equations.own.grammar import (
     CONSTANTS,
     FUNCTIONS,
@@ -154,9 +154,8 @@ def _missing(system: Equations) -> Iterator[Problem]:
     tables: dict[str, Any] = {"rates": system.states, "mass": system.states}
     tables |= {"scales": {**system.states, "t": 0}, "units": {**system.states, **system.parameters}}
     for table, known in tables.items():
-        for name in getattr(system, table):
-            if name not in known:
-                yield unknown(join(table, name), name, name, known, "state" if table != "units" else "name")
+        named = ((join(table, name), name) for name in getattr(system, table))
+        yield from strangers(named, known, "state" if table != "units" else "name")
 
 
 def _texts(system: Equations) -> Iterator[tuple[str, str, Collection[str]]]:
@@ -258,9 +257,8 @@ def _parts(system: Equations) -> Iterator[Problem]:
         if not each.jump:
             yield Problem(f"jumps[{i}].jump", {}, "a table of new values of at least one state is accepted")
     for name, row in system.mass.items():
-        for key in (name, *row):
-            if key not in speeds:
-                yield unknown(f"mass.{name}", key, key, speeds, "state that is no position")
+        own = ((f"mass.{name}", key) for key in (name, *row))
+        yield from strangers(own, speeds, "state that is no position")
         for key in row.keys() & {*system.mass} - {name}:
             if name in system.mass[key]:
                 yield Problem(
@@ -295,9 +293,7 @@ def _fixed(key: str, text: str, moving: Collection[str], what: str) -> Iterator[
 
 
 def _unjumping(key: str, jump: Mapping[str, str], known: Collection[str], what: str) -> Iterator[Problem]:
-    for name in jump:
-        if name not in known:
-            yield unknown(join(key, name), name, name, known, what)
+    return strangers(((join(key, name), name) for name in jump), known, what)
 
 
 @lru_cache(maxsize=1000)
