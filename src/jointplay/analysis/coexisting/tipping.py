@@ -385,10 +385,8 @@ def _motions(mechanism, initial, known: Sequence[Mapping[str, Any]], observation
 
 def reached(mechanism, initial, observation, known, region, joint, starts: int, seed: int) -> Entry:
     """Numbers of starts that are with each motion after so many turns."""
-    place, motions = (
-        Starts(mechanism, initial, tuple(region), joint),
-        _motions(mechanism, initial, known, observation),
-    )
+    place = Starts(mechanism, initial, tuple(region), joint)
+    motions = _motions(mechanism, initial, known, observation)
     labels = motions.sort(place.all(drawn(region, starts, seed, 0.0)))
     within = np.arange(STRETCH, observation.transient + 1, STRETCH)
     there = (motions.turns[:, None] >= 0) & (motions.turns[:, None] <= within[None])

@@ -28,11 +28,8 @@ from jointplay.figures.registry import picture
 
 # dark and light in turn, and a pattern for each two: a grey print tells them
 COLOURS = (style.BLUE, style.AMBER, "#5b0f0f", "#56b4e9", "#007a53", "#cc79a7", "#3b1f6b", "#9a9a3c")
-CHAOS, REST, UNSETTLED = (
-    style.BLACK,
-    "#bdbdbd",
-    {"facecolor": style.DISC, "edgecolor": style.GREY, "hatch": "////", "linewidth": 0.0},
-)
+CHAOS, REST = style.BLACK, "#bdbdbd"
+UNSETTLED = {"facecolor": style.DISC, "edgecolor": style.GREY, "hatch": "////", "linewidth": 0.0}
 PATTERNS, SIGNS = (None, "\\\\\\\\", "......", "xxxxx"), "o^sD"
 TITLE = "Motions, and the periods that each has somewhere along the parameter"
 NAMED = 4  # periods of a motion in the legend

@@ -51,14 +51,11 @@ def places(mechanism: Mechanism, motion: xr.Dataset) -> xr.Dataset:
             f"the mechanism that moved like this is accepted; joints of this one are {missed:.3g} m apart"
         )
         raise refuse(mechanism.name, expected, "mechanism")
-    variables = {
-        f"origin_{axis}": (
-            ("time", "link"),
-            np.stack([found[name][:, k] for name in names], 1),
-            {"units": "m", "long_name": f"origin of a link, {axis}"},
-        )
-        for k, axis in enumerate("xy")
-    }
+    variables = {}
+    for k, axis in enumerate("xy"):
+        values = np.stack([found[name][:, k] for name in names], 1)
+        told = {"units": "m", "long_name": f"origin of a link, {axis}"}
+        variables[f"origin_{axis}"] = (("time", "link"), values, told)
     return motion.sel(link=names).assign(variables)
 
 

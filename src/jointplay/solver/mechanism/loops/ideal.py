@@ -110,11 +110,8 @@ class Closure:
 
     def slide(self, x: np.ndarray, joint: Joint) -> tuple[float, np.ndarray]:
         """Position of a slider along its guide, m, and its derivative."""
-        (P, dP), (Q, dQ), (b, db) = (
-            self.pin(x, joint.journal),
-            self.pin(x, joint.bearing),
-            self.line(x, joint.bearing),
-        )
+        (P, dP), (Q, dQ) = (self.pin(x, pin) for pin in (joint.journal, joint.bearing))
+        b, db = self.line(x, joint.bearing)
         d, n = np.array([math.cos(b), math.sin(b)]), np.array([-math.sin(b), math.cos(b)])
         return float(d @ (P - Q)), d @ (dP - dQ) + (n @ (P - Q)) * db
 
