@@ -318,9 +318,7 @@ def _run(
     directions = stacked(parts)
     if orbit:
         model, directions = _moving(orbit, cut, directions)
-    image = cut.image(model.state, False)
-    if image.status:
-        raise ArithmeticError(image.status)
+    image = selection.reached(cut.image(model.state, False))
     return Run(
         moved(placed(mechanism, start, powers=powers), model.state),
         directions,
@@ -343,19 +341,14 @@ def _direction(parameter: Parameter, start: Any) -> Directions:
 
 def _orbit(cut: SectionMap, transient: int, progress: Any) -> Orbit:
     """The periodic orbit that the motion settles to."""
-    found = search(cut, Search(transient), part(progress, 0.0, 0.5))
-    if found.status:
-        raise ArithmeticError(found.status)
-    return found
+    return selection.reached(search(cut, Search(transient), part(progress, 0.0, 0.5)))
 
 
 def _moving(orbit: Orbit, cut: SectionMap, directions: Directions) -> tuple[Model, Directions]:
     """The orbit's model at its start, and the derivative of its state there: dx = (I - DP)^-1 dP/dp."""
     state, _ = at_phase(orbit, cut.phase)
     section = replace(orbit.map, phase=cut.phase)
-    image = section.image(state, directions=directions)
-    if image.status:
-        raise ArithmeticError(image.status)
+    image = selection.reached(section.image(state, directions=directions))
     moves = np.linalg.solve(np.eye(len(section.free)) - image.derivative, image.along)
     starts = np.zeros_like(directions.starts)
     starts[:, section.free] = moves.T * section.scale[section.free]
@@ -593,10 +586,7 @@ def peak(model: Model, key: str, sign: float, end: float, turns: float, rtol: fl
 
 def _followed(model: Model, end: float, rtol: float, times: np.ndarray, limit: int) -> Records:
     fields = {"steps": True, "events": True, "log_from": 0.0, "max_steps": limit}
-    records = follow(model, Request(end, rtol, at=times, **fields))
-    if records.status:
-        raise ArithmeticError(records.status)
-    return records
+    return selection.reached(follow(model, Request(end, rtol, at=times, **fields)))
 
 
 def _top(times: np.ndarray, found: np.ndarray, guess: float) -> tuple[float, float]:

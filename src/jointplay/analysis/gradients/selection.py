@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from jointplay.solver.mechanism.parameters import EXAMPLE, INITIAL, NAMED, Param
 from jointplay.solver.mechanism.paths import parts_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
+T = TypeVar("T", bound=Any)
 POINTS = ("end", "largest", "smallest")
 DISCRETE = ("mode", "contact_angle", *BALANCE, "energy", "state_value")
 
@@ -43,6 +44,13 @@ MULTIPLIERS = {  # what is asked of one, by its number: units
 LONGEST, SHORTER, STEPS = 2e-2, 1 / 3, 7  # first step, of the parameter; the next in each; how many
 SHARPER, FINEST = 1e-2, 1e-13  # tolerance of the runs in that of the orbit's; the least
 GROWN = 10.0  # errors, in the least of longer steps, at which no shorter one is tried
+
+
+def reached(found: T) -> T:
+    """What was followed; `ArithmeticError` with its status where that did not get to its end."""
+    if found.status:
+        raise ArithmeticError(found.status)
+    return found
 
 
 @dataclass(frozen=True)
@@ -236,9 +244,7 @@ def change(orbit: Orbit, maps: Callable[[float], SectionMap], value: float, key:
     def at(p: float) -> SectionMap:
         return replace(like, model=maps(p).model)
 
-    here = map_derivative(at, value, orbit.state, key=key)
-    if here.status:
-        raise ArithmeticError(here.status)
+    here = reached(map_derivative(at, value, orbit.state, key=key))
     moves = np.linalg.solve(np.eye(len(like.free)) - here.derivative, here.along[:, 0])
     x = like.unknowns(orbit.state)
 
