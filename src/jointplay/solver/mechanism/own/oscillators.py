@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Container
 from types import ModuleType
 from typing import Any
 
@@ -40,7 +41,8 @@ def model(system: System, initial: Any = None, section: str | None = None) -> Mo
     structure = system.structure(section)
     module, numbers = cache.structure_module(structure), system.numbers
     names = (*structure.positions, *structure.speeds)
-    state = _state(system.initial if initial is None else initial, names)
+    expected = f"{len(names)} finite numbers ({', '.join(names)}) are accepted"
+    state = finite_numbers(system.initial if initial is None else initial, [len(names)], expected)
     given = _given(module, numbers, state)
     if system.modes and not in_one_mode(system.modes, dict(zip(names, state, strict=True))):
         raise refuse(state.tolist(), one_mode(system.modes), "initial")
@@ -74,13 +76,13 @@ def _given(module: ModuleType, numbers: dict[str, float], state: np.ndarray) -> 
     return values | {"t": 0.0} | dict(zip(module.STATE[1:], state, strict=True))
 
 
-def _state(initial: Any, names: tuple[str, ...]) -> np.ndarray:
-    expected = f"{len(names)} finite numbers ({', '.join(names)}) are accepted"
+def finite_numbers(initial: Any, counts: Container[int], expected: str) -> np.ndarray:
+    """A start as a vector of one of these lengths; refused where it is none of finite numbers."""
     try:
         state = np.array(initial, dtype=float)
     except (TypeError, ValueError, OverflowError):
         raise refuse(initial, expected, "initial") from None
-    if state.shape != (len(names),) or not np.all(np.isfinite(state)):
+    if state.ndim != 1 or len(state) not in counts or not np.all(np.isfinite(state)):
         raise refuse(initial, expected, "initial")
     return state
 
