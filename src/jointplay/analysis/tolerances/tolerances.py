@@ -27,6 +27,7 @@ from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.gradients import selection
 from jointplay.analysis.gradients.gradient import gradient
+from jointplay.analysis.gradients.gradient_dataset import columns
 from jointplay.analysis.keywords import Moving, Names, Settling, Share, Small, analysis
 from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.period import REPEATS
@@ -645,10 +646,7 @@ def _labels(mechanism: Any, design: Design, main: Found, limits: Mapping[str, fl
     words = [parameter_words(mechanism, key) for key in design.spreads]
     nouns = [words[first][0] + f" and {len(more)} more" * bool(more) for first, *more in design.factors]
     limited = [name.removeprefix(ABOVE) for name in main.events]
-    table = {
-        "parameter": np.array([*design.spreads], dtype=str),
-        "parameter_name": np.array([noun for noun, _ in words], dtype=str),
-        "parameter_units": np.array([units for _, units in words], dtype=str),
+    table = columns("parameter", [*design.spreads], words) | {
         "factor": np.array(_factor_names(design), dtype=str),
         "factor_name": np.array(nouns, dtype=str),
         "event": np.array(main.events, dtype=str),
@@ -657,12 +655,8 @@ def _labels(mechanism: Any, design: Design, main: Found, limits: Mapping[str, fl
         "output": np.array([*main.events, *main.quantities], dtype=str),
     }
     if main.quantities:
-        told = [words_of(name) for name in main.quantities]
-        table |= {"quantity": np.array(main.quantities, dtype=str), "quantile": np.array(estimates.QUANTILES)}
-        table |= {
-            "quantity_name": np.array([noun for noun, _ in told], dtype=str),
-            "quantity_units": np.array([units for _, units in told], dtype=str),
-        }
+        table |= columns("quantity", main.quantities, list(map(words_of, main.quantities)))
+        table["quantile"] = np.array(estimates.QUANTILES)
     return table
 
 
