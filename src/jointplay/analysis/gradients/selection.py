@@ -24,7 +24,7 @@ import numpy as np
 from jointplay.analysis.orbits.family import map_derivative
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit, descending, exponents
-from jointplay.analysis.quantities import BALANCE, WORDS, WORK
+from jointplay.analysis.quantities import BALANCE, WORDS, WORK, owners
 from jointplay.display.errors import NOTHING, InputError, Problem, strangers, unknown, with_keys
 from jointplay.solver.mechanism.directions import AT_ZERO, SIDES, slope
 from jointplay.solver.mechanism.parameters import EXAMPLE, INITIAL, NAMED, Parameter
@@ -108,16 +108,7 @@ def known_quantities(mechanism: Mechanism | TestSystem, orbit: bool = False) -> 
     if isinstance(mechanism, TestSystem):
         keys = [f"state:{name}" for name in states]
         return [f"{how}:{key}" for how in POINTS for key in keys] + ["time", *of_orbit]
-    links = [link.name for link in mechanism.links]
-    labels = {
-        None: ("",),
-        "link": links,
-        "bending": [link.name for link in mechanism.elastic_links],
-        "joint": mechanism.contacts,
-        "pin": [joint.name for joint in mechanism.joints if joint.ideal],
-        "guide": mechanism.guides,
-        "guided": [joint.name for joint in mechanism.joints if joint.ideal and joint.prismatic],
-    }
+    labels = owners(mechanism)
     words = [name for name in WORDS if name not in DISCRETE]
     keys = [f"{name}:{label}".rstrip(":") for name in words for label in labels[WORDS[name].of]]
     works = [word for word, there in _works(mechanism).items() if there]
