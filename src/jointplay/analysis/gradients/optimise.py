@@ -112,13 +112,8 @@ def answer(result: xr.Dataset) -> str:
 
 
 def _changes(result: xr.Dataset) -> str:
-    rows = zip(
-        result["parameter"].values,
-        result["first_value"].values,
-        result["optimum"].values,
-        result["parameter_units"].values,
-        strict=True,
-    )
+    columns = ("parameter", "first_value", "optimum", "parameter_units")
+    rows = zip(*(result[name].values for name in columns), strict=True)
     told = [
         f"{name} from {measure(float(first), units)} to {measure(float(last), units)}"
         for name, first, last, units in rows

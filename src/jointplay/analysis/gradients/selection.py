@@ -183,11 +183,8 @@ def parameters_fit(
         wrong = [problem for part in parts_of(key) for problem in _part_fits(mechanism, part, place)]
         yield from wrong
         if not wrong and not Parameter(mechanism, key).uniform:
-            yield Problem(
-                place,
-                key,
-                f"a parameter that has a single value here, or a path such as {EXAMPLE}, is accepted",
-            )
+            accepted = f"a parameter that has a single value here, or a path such as {EXAMPLE}, is accepted"
+            yield Problem(place, key, accepted)
 
 
 def _part_fits(mechanism: Mechanism | TestSystem, key: str, place: str) -> Iterator[Problem]:

@@ -158,11 +158,8 @@ def _incompatible(
         accepted = f"beside {journals[0]}, a coordinate of a journal or of the crank is accepted"
         yield Problem(f"{key}.{states[0]}", states[0], accepted)
     if "crank_speed" in names and isinstance(mechanism.drive, ConstantSpeed):
-        yield Problem(
-            f"{key}.crank_speed",
-            "crank_speed",
-            "another coordinate is accepted: the drive prescribes this one",
-        )
+        accepted = "another coordinate is accepted: the drive prescribes this one"
+        yield Problem(f"{key}.crank_speed", "crank_speed", accepted)
     if isinstance(initial, Mapping) and "angle" in initial and set(names) & set(CRANK):
         accepted = "a start by crank_angle and crank_speed is accepted with these coordinates"
         yield Problem("initial", dict(initial), accepted)

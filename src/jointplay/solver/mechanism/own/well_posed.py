@@ -261,11 +261,8 @@ def _parts(system: Equations) -> Iterator[Problem]:
         yield from strangers(own, speeds, "state that is no position")
         for key in row.keys() & {*system.mass} - {name}:
             if name in system.mass[key]:
-                yield Problem(
-                    f"mass.{name}.{key}",
-                    row[key],
-                    f"this entry stands in mass.{key}.{name} too: one of them is accepted",
-                )
+                accepted = f"this entry stands in mass.{key}.{name} too: one of them is accepted"
+                yield Problem(f"mass.{name}.{key}", row[key], accepted)
 
 
 def _sliding(system: Equations) -> Iterator[Problem]:
@@ -380,11 +377,8 @@ def _singular(system: Equations, here: _Here) -> Iterator[Problem]:
         matrix[i, j] = matrix[j, i] = here(text)
     values = np.linalg.eigvalsh(matrix)
     if not values[0] > 1e-12 * max(abs(values[-1]), 1e-300):
-        yield Problem(
-            "mass",
-            system.mass,
-            f"a positive definite matrix is accepted; its least eigenvalue is {values[0]:.3g}",
-        )
+        accepted = f"a positive definite matrix is accepted; its least eigenvalue is {values[0]:.3g}"
+        yield Problem("mass", system.mass, accepted)
 
 
 def _restitution(key: str, text: str | None, here: _Here) -> Iterator[Problem]:
