@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from jointplay import figures
-from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.display.errors import InputError, Problem, raise_any, strangers
 from jointplay.jobs.parallel import BrokenProcessPool, side_by_side
 from jointplay.jobs.pool import Pool, check_jobs
 from jointplay.kinds import KINDS
@@ -91,9 +91,7 @@ def choose(folder: Path, names: Sequence[str] = ()) -> list[Path]:
         Naming every study that there is not.
     """
     known = {path.stem: path for path in sorted(folder.glob("*.toml"))}
-    wrong = [unknown("NAME", name, name, known, "study of the paper") for name in names if name not in known]
-    if wrong:
-        raise InputError(wrong)
+    raise_any(strangers((("NAME", name) for name in names), known, "study of the paper"))
     chosen = [known[name] for name in dict.fromkeys(names)] or list(known.values())
     return sorted(chosen, key=_rank)
 

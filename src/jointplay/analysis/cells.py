@@ -19,6 +19,7 @@ from typing import Any, ClassVar, TypeVar
 
 from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.display.errors import InputError
+from jointplay.display.terminal import held
 from jointplay.jobs.job import CRASHED, Entry, Job, Kept, Notes, key_of, remaining
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.worker import in_tasks
@@ -196,12 +197,8 @@ def driven(call: Callable[[], T], run: Callable[[Work], Read] | None, show: Show
 
     `show` is called with parts of the answer as they become final, where an analysis has such (`shown`).
     """
-    before = _run.set(run), _show.set(show)
-    try:
+    with held(_run, run), held(_show, show):
         return call()
-    finally:
-        _run.reset(before[0])
-        _show.reset(before[1])
 
 
 def shown(dataset: Callable[[], Any], part: int) -> None:

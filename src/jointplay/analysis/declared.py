@@ -8,17 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.analysis.evaluate import RUN, coordinates, on_joints
-from jointplay.analysis.labels import KEPT, OF, PLANE, Out
+from jointplay.analysis.labels import KEPT, OF, PLANE, Out, xr
 from jointplay.display import codes
 from jointplay.solver.mechanism.model import Model
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 LISTED = 8  # words of a code that documentation names
 
@@ -86,8 +83,6 @@ class Outputs:
         KeyError
             If a value is not declared.
         """
-        import xarray as xr
-
         axes = plane or {}
         variables, coords = self.variables_of(values, of, [*axes], words, groups)
         head = {"Conventions": "CF-1.11", "kind": self.kind} | attributes | {"kind": self.kind}

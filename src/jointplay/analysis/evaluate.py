@@ -18,11 +18,11 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.labels import KEPT, Out, flags
+from jointplay.analysis.labels import KEPT, Out, flags, xr
 from jointplay.analysis.quantities import BALANCE, MODES, STATUS, WORDS, WORK
 from jointplay.display.errors import warn
 from jointplay.solver.codegen import cache, outputs
@@ -32,9 +32,6 @@ from jointplay.solver.method.codes import COUNTERS, Mode
 from jointplay.solver.motion.guard_tolerances import ends
 from jointplay.solver.motion.progress import Aborted, Stopped, ticked
 from jointplay.solver.motion.trajectory import INTERRUPTED, Records, Request, functions, memory
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NEAR = 0.5  # share of the penetration at which a law ends that is told: it is made for far less
 BLOCK = 4096  # rows evaluated at a time, which stay in a processor's cache

@@ -6,9 +6,22 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+
+    class _Xarray:
+        """xarray, which takes long to import, imported when something of it is first asked for."""
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(import_module("xarray"), name)
+
+    xr = _Xarray()
 
 
 def flags(meanings: Sequence[str], dtype: Any = np.int8) -> dict[str, Any]:

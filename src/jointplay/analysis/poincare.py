@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, beyond_the_model, evaluated, joint_flags, run_values
 from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.analysis.keywords import HANDED, Lasting, Moving, Names, analysis
-from jointplay.analysis.labels import Out
+from jointplay.analysis.labels import Out, xr
 from jointplay.analysis.period import period
 from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.display.number_text import plain
@@ -23,9 +23,6 @@ from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, T
 from jointplay.solver.motion.eligibility import FOLLOWED, ROUTES, batchable, batched
 from jointplay.solver.motion.ensemble_runs import ensemble_fits
 from jointplay.solver.motion.trajectory import Records, Request, follow
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ONCE_A_TURN = CrankAngle()
 TOLERANCE = 1e-4  # of a clearance, or of a coordinate's size: spread of section points that count as one

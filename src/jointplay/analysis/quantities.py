@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.display.errors import Problem, raise_any, unknown
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.method.codes import Event, Mode, Status
 
@@ -100,24 +100,28 @@ def recorded(
         elif name in BALANCE and not integrals:
             expected = "a quantity of the state is accepted, no integral over time"
             wrong.append(Problem(f"{key}[{i}]", name, expected))
-    if wrong:
-        raise InputError(wrong, "")
+    raise_any(wrong)
     return tuple(dict.fromkeys(record))
+
+
+def owners(mechanism: Mechanism) -> dict[str | None, Sequence[str]]:
+    """Names of the parts that a quantity can be of, by their kind; one without a name: the mechanism."""
+    ideal = [joint for joint in mechanism.joints if joint.ideal]
+    return {
+        None: ("",),
+        "link": [link.name for link in mechanism.links],
+        "bending": [link.name for link in mechanism.elastic_links],
+        "joint": mechanism.contacts,
+        "pin": [joint.name for joint in ideal],
+        "guide": mechanism.guides,
+        "guided": [joint.name for joint in ideal if joint.prismatic],
+    }
 
 
 def _absent(mechanism: Mechanism) -> dict[str, str]:
     """Kinds of part that the mechanism does not have, with the condition under which it would."""
-    joints, links = mechanism.joints, mechanism.links
-    return {
-        of: missing
-        for of, missing, present in (
-            ("joint", "a joint has clearance", any(joint.clearance > 0 for joint in joints)),
-            ("pin", "a joint is ideal (clearance 0)", any(joint.clearance == 0 for joint in joints)),
-            *(
-                (of, "a joint is prismatic", any(joint.prismatic for joint in joints))
-                for of in ("guide", "guided")
-            ),
-            ("bending", "a link is elastic", any(link.elastic for link in links)),
-        )
-        if not present
-    }
+    there = owners(mechanism)
+    missing = {"joint": "a joint has clearance", "pin": "a joint is ideal (clearance 0)"}
+    missing |= {"guide": "a joint is prismatic", "bending": "a link is elastic"}
+    absent = {of: text for of, text in missing.items() if not there[of]}
+    return absent | ({"guided": absent["guide"]} if "guide" in absent else {})

@@ -13,21 +13,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.analysis.contacts import CONTACT, IMPACT, KIND, ROW, TIME
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.labels import Out
+from jointplay.analysis.labels import Out, xr
 from jointplay.analysis.quantities import WORDS
 from jointplay.display.number_text import measure, plain
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import Mode
 from jointplay.solver.motion.trajectory import Records
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Spans = Sequence[tuple[float, float]]  # from, to, in s, ascending and apart
 History = tuple[np.ndarray, dict[str, Any]]  # times, s, and variables

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.quantities import BALANCE, EVENTS, STATUS, WORDS, recorded
-from jointplay.display.errors import NOTHING, InputError, Problem, join, unknown
+from jointplay.analysis.quantities import BALANCE, EVENTS, STATUS, WORDS, owners, recorded
+from jointplay.display.errors import NOTHING, InputError, Problem, join, raise_any, strangers, unknown
 from jointplay.solver.codegen.cache import structure_module
 from jointplay.solver.mechanism.assemble import assemble, check_section, nominal_speed
 from jointplay.solver.mechanism.base import is_number
@@ -244,16 +244,8 @@ def _plane(section: Plane, mechanism: Mechanism) -> str:
         expected = f"the crank, {mechanism.crank}, is accepted: this link's angle follows others"
         raise InputError([Problem("section.link", section.link, expected)], "section")
     words = [name for name, word in WORDS.items() if name not in _NOT_SECTIONS]
-    if section.quantity not in words:
-        problem = unknown("section.quantity", section.quantity, section.quantity, words, "quantity")
-        raise InputError([problem], "section")
-    of = WORDS[section.quantity].of
-    names = {
-        "link": [each.name for each in mechanism.links],
-        "bending": [each.name for each in mechanism.links if each.elastic],
-        "joint": mechanism.contacts,
-        "guide": mechanism.guides,
-    }
+    raise_any(strangers([("section.quantity", section.quantity)], words, "quantity"), "section")
+    of, names = WORDS[section.quantity].of, owners(mechanism)
     given = section.link if of in ("link", "bending") else section.joint
     if of is None:
         return section.quantity

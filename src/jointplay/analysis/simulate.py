@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Unpack
+from typing import Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import AfterValidator
@@ -23,7 +23,7 @@ from jointplay.analysis.evaluate import (
     run_values,
 )
 from jointplay.analysis.keywords import HANDED, Lasting, Moving, Names, analysis, listed
-from jointplay.analysis.labels import Out
+from jointplay.analysis.labels import Out, xr
 from jointplay.analysis.quantities import EVENTS, WORDS, recorded
 from jointplay.analysis.starts import moved, placed, whole_names
 from jointplay.display.errors import Problem, refuse
@@ -31,9 +31,6 @@ from jointplay.solver.mechanism.base import FAR, Flag, Natural, NonNegative, Num
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 from jointplay.solver.motion.trajectory import INTERRUPTED, Records, Request, advance, follow, memory
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SAMPLES_PER_TURN = 720
 WHOLE = 1e-9  # of a period of the forcing, up to which it is over

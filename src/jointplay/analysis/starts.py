@@ -25,7 +25,7 @@ from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import ANGLE, FAR
 from jointplay.solver.mechanism.model import DEEP, Model
-from jointplay.solver.mechanism.own.oscillators import inside
+from jointplay.solver.mechanism.own.oscillators import finite_numbers, inside
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 
 BEYOND = 1e-6  # of the clearance: rounding of a body that rests on a rigid face
@@ -143,13 +143,7 @@ def _check_journals(model: Model, start: Any) -> None:
 def _vector(model: Model, start: Any) -> np.ndarray:
     names = ", ".join(whole_names(model))
     expected = f"a table of crank_angle and crank_speed, or a finite number for each of {names}, is accepted"
-    try:
-        values = np.array(start, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        raise refuse(start, expected, "initial") from None
-    lengths = {len(model.state), len(whole_names(model))}
-    if values.ndim != 1 or len(values) not in lengths or not np.all(np.isfinite(values)):
-        raise refuse(start, expected, "initial")
+    values = finite_numbers(start, (len(model.state), len(whole_names(model))), expected)
     turning = [*np.flatnonzero(model.turning), *range(len(model.state), len(values))]
     if np.any(np.abs(values[turning]) > FAR):
         raise refuse(start, f"{ANGLE} ({', '.join(whole_names(model)[i] for i in turning)})", "initial")

@@ -17,9 +17,8 @@ from jointplay.solver.motion.trajectory import Request, advance, memory, prepare
 # An estimated error E of a vibration, of order 8, stands for a true one of some E^(14/8)/2, of order 14 (with
 # the five stages of lanes alike): so a step errs by 100 rtol at most.
 SAFE, FOLLOWED = 20.0, 8 / 14
-ROUGH = (
-    1.5e-3  # of it, where slopes of forces jump or begin as a root or logarithm: orders are no better there
-)
+# of it, where slopes of forces jump or begin as a root or logarithm: orders are no better there
+ROUGH = 1.5e-3
 APART = 1e-7  # of its terms: a change of a gap beyond rounding
 TIGHT = 1e-13  # tolerance of the tangents' iteration where their map itself is wanted
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.quantities import WORDS
-from jointplay.display.errors import InputError, Problem, join, refuse
+from jointplay.display.errors import InputError, Problem, join, raise_any, refuse
 from jointplay.solver.mechanism.base import is_number
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.paths import parts_of, steps
@@ -96,8 +96,7 @@ def axes(mechanism: Mechanism | TestSystem, over: Any, root: str = "over") -> tu
         raise refuse(over, "a table of parameters, each with its list of values, is accepted", root)
     given = {key: values.tolist() if hasattr(values, "tolist") else values for key, values in over.items()}
     problems = [p for key, values in given.items() for p in _axis_problems(mechanism, key, values, root)]
-    if problems := [*problems, *repeated(given, root)]:
-        raise InputError(problems)
+    raise_any([*problems, *repeated(given, root)])
     return checked_axes(mechanism, given)
 
 

@@ -19,9 +19,8 @@ from jointplay.jobs import interrupts
 from jointplay.solver.extensions import outsider
 
 WRONG_INPUT, INTERRUPTED = 2, 130
-COLLECTED = (
-    1_000_000  # objects between collections; at Python's 700 a sixth of a short command's time goes there
-)
+# objects between collections; at Python's 700 a sixth of a short command's time goes there
+COLLECTED = 1_000_000
 GROUPS = {module.__name__: place for place, module in enumerate((studies, results, study_files, selftest))}
 
 

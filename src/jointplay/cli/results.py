@@ -6,7 +6,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from jointplay.cli.verb import DONE, RESULT, changes, option, say, verb
-from jointplay.display.errors import InputError, Problem, of_a_result, unknown
+from jointplay.display.errors import InputError, Problem, of_a_result, raise_any, unknown
 from jointplay.display.terminal import Progress
 
 FILM = ("joint", "turns", "time", "seconds", "rate", "frames")  # options of a film
@@ -78,8 +78,9 @@ def animate_result(arguments: Namespace) -> int:
     from jointplay.study.results.store import open_result
 
     options = toml_text.override({}, arguments.set)
-    if strange := [key for key in options if key not in FILM]:
-        raise InputError([unknown(f"--set {key}", options[key], key, FILM, "option") for key in strange])
+    raise_any(
+        unknown(f"--set {key}", options[key], key, FILM, "option") for key in options if key not in FILM
+    )
     target = Path(arguments.out) if arguments.out else Path(arguments.result).with_suffix(".mp4")
     if not target.suffix:
         raise InputError([Problem("--out", str(target), "a name that ends in .mp4, .gif, .pdf or .png")])

@@ -146,6 +146,12 @@ def refuse(given: Any, expected: str, key: str = "") -> InputError:
     return InputError([Problem(key, given, expected)])
 
 
+def raise_any(problems: Iterable[Problem], root: str = "") -> None:
+    """Raise an `InputError` of these problems, where there are any."""
+    if found := list(problems):
+        raise InputError(found, root)
+
+
 @contextmanager
 def of_a_result(given: Any, but: Callable[[Exception], bool] = lambda error: False) -> Iterator[None]:
     """Turn an error in showing a result that was changed since it was computed into an `InputError`.
@@ -194,6 +200,16 @@ def unknown(key: str, given: Any, word: object, known: Iterable[str], what: str 
         What it should name: ``key``, ``link``, ``joint``, ...
     """
     return Problem(key, given, _NoSuch(what, word, list(known), getattr(known, "broken", {})))
+
+
+def with_keys(key: str, words: Iterable[Any] | None) -> Iterator[tuple[str, Any]]:
+    """Key and word of every entry of a list under a key."""
+    return ((f"{key}[{i}]", word) for i, word in enumerate(words or ()))
+
+
+def strangers(words: Iterable[tuple[str, Any]], known: Any, what: str = "key") -> Iterator[Problem]:
+    """Problems of those words, each with its key, that are none of the known ones."""
+    return (unknown(key, word, word, known, what) for key, word in words if word not in known)
 
 
 def also_known(problem: Problem, names: list[str]) -> Problem:

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext, redirect_stderr, redirect_stdout
 from contextvars import ContextVar
 from shutil import get_terminal_size
-from typing import Any, Self, TextIO
+from typing import Any, Self, TextIO, TypeVar
 
 from jointplay.display.number_text import duration
 
@@ -23,6 +23,7 @@ STEP = 0.1  # of the run: between two plain lines, and until the time that is le
 PATIENCE = 2.0  # s; a run shorter than this stays silent in a log
 LEAST = 1.0  # s that are worth saying that they are left
 WAIT = 3.0  # s; a call of which nobody asked for progress is not shown before
+T = TypeVar("T")
 _asked: ContextVar[bool] = ContextVar("asked", default=False)  # whether a call around this one tells it
 
 
@@ -66,6 +67,16 @@ def harmless_output() -> Iterator[None]:
 
 
 @contextmanager
+def held(variable: ContextVar[T], value: T) -> Iterator[None]:
+    """A variable of the context with this value, inside the block."""
+    before = variable.set(value)
+    try:
+        yield
+    finally:
+        variable.reset(before)
+
+
+@contextmanager
 def requested_progress(progress: Any, name: str) -> Iterator[Any]:
     """The progress that a caller wants, as a ``with`` block: True shows it under a name, False does not.
 
@@ -74,12 +85,8 @@ def requested_progress(progress: Any, name: str) -> Iterator[Any]:
     """
     left_out = progress is None and not _asked.get() and _looked_on()
     shown = Progress(name, patience=WAIT if left_out else 0.0) if left_out or progress is True else None
-    before = _asked.set(True)
-    try:
-        with shown or nullcontext(None if isinstance(progress, bool) else progress) as told:
-            yield told
-    finally:
-        _asked.reset(before)
+    with held(_asked, True), shown or nullcontext(None if isinstance(progress, bool) else progress) as told:
+        yield told
 
 
 def _looked_on() -> bool:

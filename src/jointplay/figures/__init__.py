@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from importlib import import_module
 from pkgutil import walk_packages
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from pydantic import PlainValidator
 
@@ -19,13 +19,9 @@ from ..solver.mechanism.records import Mechanism
 from ..solver.mechanism.signature import checked
 from . import drawing
 from .comparison import compared, overlaid
-from .drawing import cell_quantity, select, style, sweep_axes, timebase
+from .drawing import Dataset, Figure, cell_quantity, select, style, sweep_axes, timebase
 from .motion.phase_portrait import PAIRS
 from .registry import ABOUT, GENERAL, KINDS, keywords, suited, suited_to, usual
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 NAMES = ("variables", "x", "y")
 WIDEST = 1000.0  # mm

@@ -5,16 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from textwrap import fill
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from jointplay.figures.drawing import artists, style, timebase
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
-    from xarray import Dataset
+from jointplay.figures.drawing import Axes, Dataset, Figure, SubFigure, artists, style, timebase
 
 ROW, COLUMN = 54.0, 118.0  # mm of height: of a result below others, and beside others
 UPRIGHT = ("poincare_section",)  # kinds that stand beside each other

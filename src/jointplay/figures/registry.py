@@ -8,16 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from inspect import signature
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from jointplay.display.errors import Problem
-from jointplay.figures.drawing import style
+from jointplay.figures.drawing import Figure, style
 from jointplay.kinds import KINDS as STUDIES
 from jointplay.kinds import Kind
 from jointplay.solver.extensions import Table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Options, Keywords = Mapping[str, Any], Mapping[str, Any]
 

@@ -15,10 +15,10 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from jointplay.analysis.cells import Read, Show, Work, in_memory
 from jointplay.analysis.evaluate import RUN
+from jointplay.analysis.labels import xr
 from jointplay.display.errors import InputError, Problem
 from jointplay.jobs import interrupts
 from jointplay.jobs.job import Entry, Job, part, redone
@@ -39,9 +39,6 @@ from jointplay.study.run import (
     with_provenance,
     with_title,
 )
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 LOOK, RARELY = 0.5, 200  # s between readings of the progress, and at least times what a reading takes
 

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 from functools import reduce
 from operator import or_
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter
 
+from jointplay.analysis.labels import xr
 from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.rules import NONE
 from jointplay.display.accepted import descriptions
-from jointplay.display.errors import NOTHING, InputError, Problem, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, unknown
 from jointplay.kinds import KINDS, Kind
 from jointplay.solver.mechanism.measures import PATTERN
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
@@ -24,9 +25,6 @@ from jointplay.study.results import provenance
 from jointplay.study.results.store import open_result
 from jointplay.study.vary_table import in_own_units as varied_in_own_units
 from jointplay.study.vary_table import parsed, tried
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
@@ -103,8 +101,7 @@ def title_of(path: Path | str) -> str | None:
 
 def validate(table: Mapping[str, Any]) -> Study:
     """The study of a parsed TOML table; `InputError` with everything that is wrong and its key paths."""
-    if problems := toml_text.implausible(dict(table)):
-        raise InputError(problems)
+    raise_any(toml_text.implausible(dict(table)))
     if table.get("kind") not in list(KINDS):  # a list: what was given need not be hashable
         raise InputError(_without_kind(table))
     try:
@@ -164,14 +161,11 @@ def figure_options(
     dict
         For `jointplay.figures.draw`.
     """
-    import xarray as xr
-
     study = provenance.read(dataset).get("study") if isinstance(dataset, xr.Dataset) else None
     own = study.get("figure") if isinstance(study, dict) else None
     options = (own if isinstance(own, dict) else {}) if kind is None else {"kind": kind}
     options = toml_text.override(options, changes)
-    if problems := toml_text.implausible(options):
-        raise InputError(problems)
+    raise_any(toml_text.implausible(options))
     return options
 
 

@@ -26,7 +26,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from jointplay.display.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, refuse, unknown
 from jointplay.display.terminal import one_line
 from jointplay.solver.mechanism.base import GROUND, is_number
 from jointplay.solver.mechanism.loops.four_bar import BRANCHES, find_four_bar
@@ -133,8 +133,7 @@ def _read(text: str) -> tuple[dict[str, Any], dict[str, float]]:
             table["links"].append({"name": row.get("name"), **values})
         else:
             table["joints"].append(_joint(row))
-    if problems:
-        raise InputError(problems)
+    raise_any(problems)
     return table, angles
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from jointplay.analysis.keywords import Progress as Keyword
+from jointplay.analysis.labels import xr
 from jointplay.display.errors import refuse
 from jointplay.display.terminal import requested_progress
 from jointplay.solver.mechanism.base import Natural, accepts
@@ -14,9 +15,6 @@ from jointplay.solver.mechanism.paths import ends
 from jointplay.solver.mechanism.signature import checked
 from jointplay.study import run as runner
 from jointplay.study.file import load
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @checked()

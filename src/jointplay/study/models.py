@@ -31,7 +31,7 @@ from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.rules import NONE
 from jointplay.analysis.vary import largest
-from jointplay.display.errors import NOTHING, InputError, Problem, join, refuse, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, join, raise_any, refuse, unknown
 from jointplay.display.number_text import counted, measure, typed
 from jointplay.display.terminal import one_line
 from jointplay.kinds import Kind, load
@@ -143,8 +143,7 @@ class Analysis(OfKind):
 
 
 def _checked_figure(options: dict[str, Any]) -> dict[str, Any]:
-    if problems := figures.problems(options):
-        raise InputError(problems, "figure")
+    raise_any(figures.problems(options), "figure")
     return options
 
 
@@ -234,8 +233,7 @@ class Study(OfKind):
     @classmethod
     def _can_vary(cls, vary: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         known = "mechanism" in info.data
-        if problems := vary_table.problems(info.data["mechanism"], vary, "") if vary and known else []:
-            raise InputError(problems)
+        raise_any(vary_table.problems(info.data["mechanism"], vary, "") if vary and known else ())
         return vary
 
     @property
@@ -261,8 +259,7 @@ class Study(OfKind):
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         asked = (self.row, self.mechanism, self.keywords(), self.vary, self.figure)
-        if problems := [*self._broken_rules(), *figure_problems(*asked)]:
-            raise InputError(problems)
+        raise_any([*self._broken_rules(), *figure_problems(*asked)])
         return self
 
     def _broken_rules(self) -> list[Problem]:

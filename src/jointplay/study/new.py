@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator, Mapping
 from typing import Any, Literal, get_args, get_origin
 
 from jointplay.display.accepted import accepted_values, descriptions, first_sentence, units_of
-from jointplay.display.errors import InputError, Problem, refuse, unknown
+from jointplay.display.errors import InputError, Problem, raise_any, refuse, strangers
 from jointplay.display.number_text import typed
 from jointplay.kinds import KINDS, Kind
 from jointplay.solver.mechanism import catalog
@@ -47,8 +47,7 @@ def new(kind: str, name: str, mechanism: str | None = None) -> str:
     InputError
         When there is no such kind or mechanism, or the kind's example does not suit the mechanism.
     """
-    if kind not in KINDS:
-        raise InputError([unknown("kind", kind, kind, KINDS, "kind of study")])
+    raise_any(strangers([("kind", kind)], KINDS, "kind of study"))
     row = KINDS[kind]
     text = "\n".join(_lines(row, name, mechanism)) + "\n"
     try:
@@ -207,8 +206,7 @@ def _entry(table: Mapping[str, Any]) -> Iterator[str]:
 
 def _mechanism(name: str) -> Iterator[str]:
     """A linkage of the catalog, written out."""
-    if name not in (known := names()):
-        raise InputError([unknown("--mechanism", name, name, known, "mechanism")])
+    raise_any(strangers([("--mechanism", name)], names(), "mechanism"))
     record = catalog.NAMES[ALIAS.get(name, name)]()
     if not isinstance(record, Mechanism):
         raise InputError([Problem("--mechanism", name, "a linkage is accepted, not equations of their own")])

@@ -13,11 +13,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from inspect import signature
-from typing import TYPE_CHECKING
 
 from jointplay.analysis import cells
 from jointplay.analysis.cells import DIGITS, Batch, Cell, Read, Show, Work, answered, driven, in_memory, warm
 from jointplay.analysis.exponents.frame_growth import Stretch, followed_together
+from jointplay.analysis.labels import xr
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.sweeps import gather
 from jointplay.analysis.sweeps.chains import TOGETHER, groups
@@ -35,9 +35,6 @@ from jointplay.study.file import Loaded
 from jointplay.study.models import Study, SweepStudy
 from jointplay.study.results import provenance
 from jointplay.study.vary_table import points
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SAMPLED = 32  # cells whose mechanisms are assembled to find the structures to compile
 WORK = 2  # digits that number the works of an analysis
@@ -75,8 +72,8 @@ def computed(
     show: Show | None = None,
 ) -> xr.Dataset:
     """Dataset of a study without provenance; `run_work` runs its cells, `show` is as in `driven`."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)  # the result says it too, and the command repeats that
+    # the result says it too, and the command repeats that
+    with warnings.catch_warnings(action="ignore", category=ModelWarning):
         return driven(partial(_analysis(record), progress=progress), run_work, show)
 
 
@@ -106,8 +103,7 @@ def grows(record: Study) -> bool:
 
 def first_work(record: Study) -> Work:
     """The first cells that a study hands out; `InputError` where it has none."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)
+    with warnings.catch_warnings(action="ignore", category=ModelWarning):
         work = cells.first_work(_analysis(record)) if has_cells(record) else None
     if work is None:
         expected = "a study with cells is accepted, such as one with [vary] or over a plane of starts"

@@ -11,7 +11,7 @@ from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
-from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.display.errors import InputError, Problem, raise_any, unknown
 from jointplay.display.number_text import typed
 from jointplay.solver.mechanism.measures import SMALLEST
 
@@ -77,8 +77,7 @@ def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
     dict
         A changed copy; `InputError` naming every change that does not fit.
     """
-    if problems := too_deep(table):
-        raise InputError(problems)
+    raise_any(problems := too_deep(table))
     table = deepcopy(table)
     for change in changes:
         path, equals, value = change.partition("=")
@@ -89,8 +88,7 @@ def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
             )
         elif problem := _set(table, steps, _value(value.strip()), change):
             problems.append(problem)
-    if problems:
-        raise InputError(problems)
+    raise_any(problems)
     return table
 
 

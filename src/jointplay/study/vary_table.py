@@ -25,7 +25,7 @@ from pydantic import (
 )
 
 from jointplay.analysis.vary import Axis, axes, checked_axes
-from jointplay.display.errors import InputError, Problem, join, refuse
+from jointplay.display.errors import InputError, Problem, join, raise_any, refuse
 from jointplay.solver.mechanism.base import Flag, Number, Record, measured
 from jointplay.solver.mechanism.measures import in_si
 from jointplay.solver.mechanism.parameters import declared_units
@@ -120,8 +120,7 @@ def _checked_forms(table: dict[str, Any]) -> dict[str, Any]:
         forms, accepted = expected.get(key, ("list range", ACCEPTED))
         if _any_form(value) not in forms.split() or (key == "cases" and len(table) > 1):
             problems.append(Problem(key, value, f"{accepted} is accepted"))
-    if problems:
-        raise InputError(problems)
+    raise_any(problems)
     return table
 
 

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.drawing import Dataset, Figure, artists, select, style
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 NAME = 18  # characters of a quantity that leave room for the axis
 LEAST = 1e-16  # a difference that is rounding: smaller ones are drawn there

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from textwrap import fill
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from jointplay.display import codes
-from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select, style
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 ROW, AROUND, LINE = 6.5, 17.0, 3.4  # mm: a comparison, around a conclusion's, a line of words
 LETTERS, NAMES, AWAY = 108, 30, 3.0  # in a line of words; a ratio from which the axis has logarithms

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.number_text import plain
-from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select, style
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 NAMES, ROW, HEAD, FOOT = 38.3, 8.6, 13.0, 1.0  # mm: the readings' names, a row, above and below the rows
 COLUMNS = {"separations": 14.4, "period": 8.8, "growth": 13.6, "section": 8.6}  # mm of width

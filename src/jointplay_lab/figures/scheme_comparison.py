@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from jointplay.display.number_text import PLAIN, measure
-from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.drawing import Axes, DataArray, Dataset, Figure, artists, select, style
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import DataArray, Dataset
 
 MEASURES = {
     "deflection": "Error of the deflection",

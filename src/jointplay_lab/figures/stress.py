@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.display import codes
-from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.drawing import Axes, Dataset, Figure, Line2D, artists, select, style
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-    from xarray import Dataset
 
 LOOKS = {  # of a verdict: marker, colour, size; the rarer, the louder, and told apart in grey
     "ok": ("o", "#bdbdbd", 2.0),

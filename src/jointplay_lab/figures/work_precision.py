@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from jointplay.display import codes
-from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.drawing import Axes, Dataset, Figure, Line2D, artists, select, style
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-    from xarray import Dataset
 
 LOOKS = {  # of a method: colour, marker, dashes
     "jointplay": (style.BLACK, "o", "-"),

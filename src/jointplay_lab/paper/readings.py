@@ -21,7 +21,7 @@ from jointplay.analysis.labels import Out, along, columns
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
 from jointplay.display import codes
-from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.display.errors import InputError, Problem, strangers, with_keys
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Natural, Positive, unit
@@ -107,12 +107,7 @@ def printed_fits(mechanism: Any) -> list[Problem]:
 def unknown_names(panels: Sequence[str], readings: Sequence[str]) -> list[Problem]:
     """Problems of names of panels and readings: unknown, or none given."""
     lists = (("panels", panels, PANELS, "panel"), ("readings", readings, READINGS, "reading"))
-    wrong = [
-        unknown(f"{key}[{i}]", name, name, known, what)
-        for key, names, known, what in lists
-        for i, name in enumerate(names)
-        if name not in known
-    ]
+    wrong = [each for key, names, *known in lists for each in strangers(with_keys(key, names), *known)]
     return wrong + [
         Problem(key, names, f"at least one of {', '.join(known)} is accepted")
         for key, names, known, _ in lists

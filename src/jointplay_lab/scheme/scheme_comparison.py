@@ -26,7 +26,7 @@ from jointplay.analysis.keywords import Motion, Moving, Rtol, analysis, several
 from jointplay.analysis.labels import Out, along
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
-from jointplay.display.errors import InputError, refuse
+from jointplay.display.errors import raise_any, refuse, with_keys
 from jointplay.display.number_text import plain
 from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.assemble import assemble
@@ -333,9 +333,8 @@ def check_steps(mechanism: Mechanism, plan: Plan, initial: Any) -> None:
     """
     models = (assemble(mechanism.replace(clearance=e), initial, relaxed=True) for e in plan.clearance)
     least = min(map(step_bound, models), key=lambda bound: bound.step)
-    found = [too_long(f"steps[{i}]", step, least) for i, step in enumerate(plan.steps) if step > least.step]
-    if found:
-        raise InputError(found)
+    steps = with_keys("steps", plan.steps)
+    raise_any(too_long(key, step, least) for key, step in steps if step > least.step)
 
 
 @dataclass(frozen=True)

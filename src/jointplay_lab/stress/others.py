@@ -178,10 +178,8 @@ def preset(random: Random, name: str, laws: tuple[str, str]) -> tuple[Mechanism,
         "damping": ranges.damping(random),
     }
     friction = ranges.even(random, ranges.FRICTION)
-    speed, heavier = (
-        ranges.logarithmic(random, ranges.TURNING),
-        ranges.logarithmic(random, ranges.MASS),
-    )
+    speed = ranges.logarithmic(random, ranges.TURNING)
+    heavier = ranges.logarithmic(random, ranges.MASS)
     made = make(clearance=dict.fromkeys(loose, clearance), gravity=9.8)
     links = [dict(k) | _sized(random, k, heavier) for k in made.links]
     held = {"friction": Friction(coefficient=friction)}

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.display.errors import Problem, unknown
+from jointplay.display.errors import Problem, strangers, with_keys
 from jointplay.solver.mechanism.loops.four_bar import FourBar, find_four_bar
 from jointplay.solver.mechanism.records import GROUND, MAIN_JOINT, Mechanism, MotorLine
 from jointplay_lab.stress import ranges
@@ -79,11 +79,7 @@ def unknown_variants(variants: tuple[str, ...]) -> list[Problem]:
     """Problems of names of variants: unknown, or none given."""
     if not variants:
         return [Problem("variants", variants, f"at least one of {', '.join(VARIANTS)} is accepted")]
-    return [
-        unknown(f"variants[{i}]", name, name, VARIANTS, "variant")
-        for i, name in enumerate(variants)
-        if name not in VARIANTS
-    ]
+    return list(strangers(with_keys("variants", variants), VARIANTS, "variant"))
 
 
 def draw(printed: Mechanism, number: int, seed: int = 0, variants: tuple[str, ...] = FOUR_BARS) -> Case:

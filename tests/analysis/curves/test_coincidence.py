@@ -8,7 +8,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.curves.tracing import Coincidence, sliding
+from jointplay.analysis.curves.grazing import Coincidence, sliding
 from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.method.codes import Event

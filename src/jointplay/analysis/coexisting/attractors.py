@@ -32,7 +32,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import groupby, pairwise, product
-from typing import TYPE_CHECKING, Annotated, Any, Unpack
+from typing import Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import Field
@@ -44,7 +44,7 @@ from jointplay.analysis.coexisting.region import Region, one_parameter, region_f
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.keywords import JointName, Moving, Names, Settling, analysis
-from jointplay.analysis.labels import PLANE, Out, ended
+from jointplay.analysis.labels import PLANE, Out, ended, xr
 from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.orbits.continuation import continuation
 from jointplay.analysis.period import REPEATS
@@ -65,9 +65,6 @@ from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
 from jointplay.solver.mechanism.records import CrankAngle
 from jointplay.solver.motion.ensemble_runs import in_lanes
 from jointplay.solver.motion.progress import part
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 TRANSIENT, STEP, MOST_POINTS = 20, 0.05, 200  # turns to the orbit; longest step, and points of a branch
 NONE = len(KINDS)

@@ -233,10 +233,8 @@ def speeds_by_moment(model: Model, link: str) -> np.ndarray:
 
 def _link_speeds(model: Model, link: str, changes: np.ndarray) -> np.ndarray:
     """Angular velocity of a link without free speeds, and with these, shape (2, changes)."""
-    states, key = (
-        at_speeds(model, np.vstack([np.zeros(changes.shape[1]), changes])),
-        f"angular_velocity:{link}",
-    )
+    states = at_speeds(model, np.vstack([np.zeros(changes.shape[1]), changes]))
+    key = f"angular_velocity:{link}"
     speeds = of_states(model, [key], states)[key]
     return np.stack([np.repeat(speeds[0], len(changes)), speeds[1:]])
 

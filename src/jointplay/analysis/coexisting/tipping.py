@@ -26,7 +26,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, Unpack
+from typing import Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import Field
@@ -52,7 +52,7 @@ from jointplay.analysis.coexisting.region import Region, coordinate_rules, drawn
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.keywords import HANDED, JointName, Moving, Settling, analysis
-from jointplay.analysis.labels import Out, ended
+from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.orbits.section_map import AT_REST, SectionMap, section_map
 from jointplay.analysis.orbits.shooting import Orbit, Search, at_phase, multipliers, shortest, solved
 from jointplay.analysis.period import REPEATS
@@ -69,9 +69,6 @@ from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Plane
 from jointplay.solver.motion.ensemble_runs import ensemble_fits, in_lanes
 from jointplay.solver.motion.progress import part
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 STARTS, PHASES, DIRECTIONS, STEPS, EDGE_TURNS = 200, 8, 8, 16, 60
 TURNS, PATIENCE, TOLERANCE = 64, 4, 1e-3
@@ -388,10 +385,8 @@ def _motions(mechanism, initial, known: Sequence[Mapping[str, Any]], observation
 
 def reached(mechanism, initial, observation, known, region, joint, starts: int, seed: int) -> Entry:
     """Numbers of starts that are with each motion after so many turns."""
-    place, motions = (
-        Starts(mechanism, initial, tuple(region), joint),
-        _motions(mechanism, initial, known, observation),
-    )
+    place = Starts(mechanism, initial, tuple(region), joint)
+    motions = _motions(mechanism, initial, known, observation)
     labels = motions.sort(place.all(drawn(region, starts, seed, 0.0)))
     within = np.arange(STRETCH, observation.transient + 1, STRETCH)
     there = (motions.turns[:, None] >= 0) & (motions.turns[:, None] <= within[None])

@@ -15,7 +15,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import count, islice
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
+from typing import Annotated, Any, Literal, Unpack
 
 import numpy as np
 from pydantic import Field, PlainValidator
@@ -34,7 +34,7 @@ from jointplay.analysis.curves.tracing import (
 )
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Moving, Settling, Small, analysis, several
-from jointplay.analysis.labels import Out, along, ended, units
+from jointplay.analysis.labels import Out, along, ended, units, xr
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.branch import WHY
 from jointplay.analysis.orbits.branch_dataset import (
@@ -68,16 +68,11 @@ from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 from jointplay.solver.motion.trajectory import INTERRUPTED
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 OTHER_SIDE = 1e-2  # of the branch: how far from a grazing an orbit on its other side may be
 ACCEPTED = "a result of continuation"
 
 
 def _branches(given: Any) -> Any:
-    import xarray as xr
-
     if given is not None and (not isinstance(given, xr.Dataset) or given.attrs.get("kind") != "continuation"):
         raise refuse(getattr(given, "attrs", {}).get("kind", given), f"{ACCEPTED} is accepted")
     return given

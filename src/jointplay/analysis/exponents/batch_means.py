@@ -18,15 +18,12 @@ have the error of independent ones times sqrt((1 + r)/(1 - r)).
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.labels import KEPT, Out
+from jointplay.analysis.labels import KEPT, Out, xr
 from jointplay.display import codes
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 BATCHES = 40
 BLOCKS = 400  # rows of a whole record; a multiple of BATCHES

@@ -54,7 +54,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Unpack
+from typing import Annotated, Any, NamedTuple, Unpack
 
 import numpy as np
 from pydantic import BeforeValidator
@@ -68,7 +68,7 @@ from jointplay.analysis.exponents.frame_growth import frame
 from jointplay.analysis.exponents.growth import standard_error
 from jointplay.analysis.exponents.lyapunov import directions, exponents_fit, number_or_all, steady
 from jointplay.analysis.keywords import HANDED, Lasting, Length, Moving, analysis
-from jointplay.analysis.labels import Out
+from jointplay.analysis.labels import Out, xr
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.tangents import TIGHT, Bundle, scales
 from jointplay.display.number_text import plain, signed
@@ -76,9 +76,6 @@ from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import TestSystem
 from jointplay.solver.method.tangents.tangent import LOST
 from jointplay.solver.motion.trajectory import Request, counts
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 LONGEST = 1 / 50  # of a turn: a block
 SPREAD = 6.0  # ln of the ratio of the largest to the smallest growth in a block that is aimed at

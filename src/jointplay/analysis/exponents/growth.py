@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from jointplay.analysis import rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import HANDED, Moving, Settling, Small, analysis
-from jointplay.analysis.labels import Out
+from jointplay.analysis.labels import Out, xr
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place, free_states, state_names
 from jointplay.display.errors import Problem
@@ -31,9 +31,6 @@ from jointplay.solver.mechanism.base import Natural
 from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
 from jointplay.solver.motion.trajectory import Records, Request
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 RESOLVED = 100  # of rtol: nearer, two runs differ by their own errors as much as by their starts
 DISTANCE = 1e-7  # of a radian (or the longest link) and of the nominal speed: small beside any clearance

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, Unpack
+from typing import Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import BeforeValidator
@@ -31,7 +31,7 @@ from jointplay.analysis.exponents.frame_growth import (
     of_the_section,
 )
 from jointplay.analysis.keywords import HANDED, Lasting, Moving, analysis
-from jointplay.analysis.labels import Out
+from jointplay.analysis.labels import Out, xr
 from jointplay.display import codes
 from jointplay.display.errors import Problem, refuse
 from jointplay.display.number_text import plain, signed
@@ -43,9 +43,6 @@ from jointplay.solver.motion.eligibility import FOLLOWED, ROUTES, batchable, bat
 from jointplay.solver.motion.ensemble_runs import ensemble_fits
 from jointplay.solver.motion.progress import part
 from jointplay.solver.motion.trajectory import INTERRUPTED, Request, prepare
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def number_or_all(given: Any) -> Any:

@@ -35,7 +35,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
@@ -46,7 +46,7 @@ from jointplay.analysis.gradients import gradient_dataset, selection
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS, WHY
 from jointplay.analysis.gradients.selection import Quantity
 from jointplay.analysis.keywords import Moving, Names, Settling, analysis
-from jointplay.analysis.labels import Out, ended
+from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.orbits.orbit_dataset import section_fits, started
 from jointplay.analysis.orbits.section_map import (
     BEGINS,
@@ -75,9 +75,6 @@ from jointplay.solver.method.codes import Event, Mode, Status
 from jointplay.solver.motion.guard_tolerances import clearances_squared
 from jointplay.solver.motion.progress import part
 from jointplay.solver.motion.trajectory import Records, Request, follow
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 LEADING = 3  # quantities, and parameters of each, whose derivatives are named
 LOOSER = 10.0  # tolerance of the second run, in that of the first: their distance is the error
@@ -321,9 +318,7 @@ def _run(
     directions = stacked(parts)
     if orbit:
         model, directions = _moving(orbit, cut, directions)
-    image = cut.image(model.state, False)
-    if image.status:
-        raise ArithmeticError(image.status)
+    image = selection.reached(cut.image(model.state, False))
     return Run(
         moved(placed(mechanism, start, powers=powers), model.state),
         directions,
@@ -346,19 +341,14 @@ def _direction(parameter: Parameter, start: Any) -> Directions:
 
 def _orbit(cut: SectionMap, transient: int, progress: Any) -> Orbit:
     """The periodic orbit that the motion settles to."""
-    found = search(cut, Search(transient), part(progress, 0.0, 0.5))
-    if found.status:
-        raise ArithmeticError(found.status)
-    return found
+    return selection.reached(search(cut, Search(transient), part(progress, 0.0, 0.5)))
 
 
 def _moving(orbit: Orbit, cut: SectionMap, directions: Directions) -> tuple[Model, Directions]:
     """The orbit's model at its start, and the derivative of its state there: dx = (I - DP)^-1 dP/dp."""
     state, _ = at_phase(orbit, cut.phase)
     section = replace(orbit.map, phase=cut.phase)
-    image = section.image(state, directions=directions)
-    if image.status:
-        raise ArithmeticError(image.status)
+    image = selection.reached(section.image(state, directions=directions))
     moves = np.linalg.solve(np.eye(len(section.free)) - image.derivative, image.along)
     starts = np.zeros_like(directions.starts)
     starts[:, section.free] = moves.T * section.scale[section.free]
@@ -596,10 +586,7 @@ def peak(model: Model, key: str, sign: float, end: float, turns: float, rtol: fl
 
 def _followed(model: Model, end: float, rtol: float, times: np.ndarray, limit: int) -> Records:
     fields = {"steps": True, "events": True, "log_from": 0.0, "max_steps": limit}
-    records = follow(model, Request(end, rtol, at=times, **fields))
-    if records.status:
-        raise ArithmeticError(records.status)
-    return records
+    return selection.reached(follow(model, Request(end, rtol, at=times, **fields)))
 
 
 def _top(times: np.ndarray, found: np.ndarray, guess: float) -> tuple[float, float]:

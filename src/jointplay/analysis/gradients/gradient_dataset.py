@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -64,11 +65,12 @@ def labels(quantities: list, keys: tuple[str, ...], mechanism: Mechanism | TestS
         else (Parameter(mechanism, key).noun, Parameter(mechanism, key).cf_units)
         for key in keys
     ]
-    return {
-        "quantity": np.array([each.name for each in quantities]),
-        "quantity_name": np.array([each.noun for each in quantities]),
-        "quantity_units": np.array([each.units for each in quantities]),
-        "parameter": np.array(list(keys)),
-        "parameter_name": np.array([name for name, _ in named]),
-        "parameter_units": np.array([units for _, units in named]),
-    }
+    told = [(each.noun, each.units) for each in quantities]
+    return columns("quantity", [each.name for each in quantities], told) | columns("parameter", keys, named)
+
+
+def columns(dim: str, keys: Sequence[str], words: Sequence[tuple[str, str]]) -> dict[str, Any]:
+    """Keys along a dimension, and the nouns and units of what they stand for."""
+    nouns, units = [noun for noun, _ in words], [each for _, each in words]
+    found = {dim: list(keys), f"{dim}_name": nouns, f"{dim}_units": units}
+    return {name: np.array(texts, dtype=str) for name, texts in found.items()}

@@ -36,7 +36,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
+from typing import Annotated, Any, Literal, Unpack
 
 import numpy as np
 from pydantic import Field
@@ -50,7 +50,7 @@ from jointplay.analysis.gradients.gradient import gradient, start_section
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.gradients.selection import MULTIPLIERS
 from jointplay.analysis.keywords import Moving, Quantity, Settling, Small, analysis
-from jointplay.analysis.labels import Out, ended
+from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.orbits.orbit_dataset import started
 from jointplay.analysis.quantities import STATUS, WORDS
 from jointplay.analysis.rules import turns_alike
@@ -64,9 +64,6 @@ from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.paths import parts_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.progress import tick
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 WHY = {  # a search ended so
     "converged": "",
@@ -115,13 +112,8 @@ def answer(result: xr.Dataset) -> str:
 
 
 def _changes(result: xr.Dataset) -> str:
-    rows = zip(
-        result["parameter"].values,
-        result["first_value"].values,
-        result["optimum"].values,
-        result["parameter_units"].values,
-        strict=True,
-    )
+    columns = ("parameter", "first_value", "optimum", "parameter_units")
+    rows = zip(*(result[name].values for name in columns), strict=True)
     told = [
         f"{name} from {measure(float(first), units)} to {measure(float(last), units)}"
         for name, first, last, units in rows
@@ -509,8 +501,7 @@ def followed(
     """
     run = {"initial": settings["initial"], "max_steps": settings["max_steps"], "rtol": TIGHT}
     values, words = np.full(len(names), np.nan), [name.partition(":")[0] for name in names]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)
+    with warnings.catch_warnings(action="ignore", category=ModelWarning):
         state = _settled(mechanism, settings["transient"], run) if settings["orbit"] else run["initial"]
         if settings["orbit"] and state is None:
             return values, None
@@ -604,8 +595,8 @@ def _pass(
     limits = {"type": "ineq", "fun": lambda p: aim.margins(at(p)), "jac": lambda p: aim.margin_slopes(at(p))}
     box = list(zip(np.maximum(x - reach, 0.0), np.minimum(x + reach, 1.0), strict=True))
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # of points that it clips to the box
+        # of points that it clips to the box
+        with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
             found = minimize(
                 lambda p: aim.value(at(p)),
                 x,
@@ -703,8 +694,8 @@ class Trials:
         tick()
         n, m = len(self.quantities), len(x)
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", ModelWarning)  # the verdict is kept with the trial
+            # the verdict is kept with the trial
+            with warnings.catch_warnings(action="ignore", category=ModelWarning):
                 given = {"of": self.quantities, "by": tuple(self.by), "progress": None}
                 found = gradient(self.design(x), **given, **self.settings | self._start(x))
         except InputError:  # numbers that make no mechanism together, as links that do not reach

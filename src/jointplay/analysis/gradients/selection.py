@@ -17,20 +17,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from jointplay.analysis.orbits.family import map_derivative
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit, descending, exponents
-from jointplay.analysis.quantities import BALANCE, WORDS, WORK
-from jointplay.display.errors import NOTHING, InputError, Problem, unknown
+from jointplay.analysis.quantities import BALANCE, WORDS, WORK, owners
+from jointplay.display.errors import NOTHING, InputError, Problem, strangers, unknown, with_keys
 from jointplay.solver.mechanism.directions import AT_ZERO, SIDES, slope
 from jointplay.solver.mechanism.parameters import EXAMPLE, INITIAL, NAMED, Parameter
 from jointplay.solver.mechanism.paths import parts_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
+T = TypeVar("T", bound=Any)
 POINTS = ("end", "largest", "smallest")
 DISCRETE = ("mode", "contact_angle", *BALANCE, "energy", "state_value")
 
@@ -43,6 +44,13 @@ MULTIPLIERS = {  # what is asked of one, by its number: units
 LONGEST, SHORTER, STEPS = 2e-2, 1 / 3, 7  # first step, of the parameter; the next in each; how many
 SHARPER, FINEST = 1e-2, 1e-13  # tolerance of the runs in that of the orbit's; the least
 GROWN = 10.0  # errors, in the least of longer steps, at which no shorter one is tried
+
+
+def reached(found: T) -> T:
+    """What was followed; `ArithmeticError` with its status where that did not get to its end."""
+    if found.status:
+        raise ArithmeticError(found.status)
+    return found
 
 
 @dataclass(frozen=True)
@@ -100,16 +108,7 @@ def known_quantities(mechanism: Mechanism | TestSystem, orbit: bool = False) -> 
     if isinstance(mechanism, TestSystem):
         keys = [f"state:{name}" for name in states]
         return [f"{how}:{key}" for how in POINTS for key in keys] + ["time", *of_orbit]
-    links = [link.name for link in mechanism.links]
-    labels = {
-        None: ("",),
-        "link": links,
-        "bending": [link.name for link in mechanism.elastic_links],
-        "joint": mechanism.contacts,
-        "pin": [joint.name for joint in mechanism.joints if joint.ideal],
-        "guide": mechanism.guides,
-        "guided": [joint.name for joint in mechanism.joints if joint.ideal and joint.prismatic],
-    }
+    labels = owners(mechanism)
     words = [name for name in WORDS if name not in DISCRETE]
     keys = [f"{name}:{label}".rstrip(":") for name in words for label in labels[WORDS[name].of]]
     works = [word for word, there in _works(mechanism).items() if there]
@@ -167,9 +166,7 @@ def quantities_fit(
 ) -> Iterator[Problem]:
     """Yield the problems of quantities that the mechanism has not."""
     known = known_quantities(mechanism, orbit) if of else ()
-    for i, name in enumerate(of or ()):
-        if name not in known:
-            yield unknown(f"of[{i}]", name, name, known, "quantity")
+    return strangers(with_keys("of", of), known, "quantity")
 
 
 def parameters_fit(
@@ -186,11 +183,8 @@ def parameters_fit(
         wrong = [problem for part in parts_of(key) for problem in _part_fits(mechanism, part, place)]
         yield from wrong
         if not wrong and not Parameter(mechanism, key).uniform:
-            yield Problem(
-                place,
-                key,
-                f"a parameter that has a single value here, or a path such as {EXAMPLE}, is accepted",
-            )
+            accepted = f"a parameter that has a single value here, or a path such as {EXAMPLE}, is accepted"
+            yield Problem(place, key, accepted)
 
 
 def _part_fits(mechanism: Mechanism | TestSystem, key: str, place: str) -> Iterator[Problem]:
@@ -238,9 +232,7 @@ def change(orbit: Orbit, maps: Callable[[float], SectionMap], value: float, key:
     def at(p: float) -> SectionMap:
         return replace(like, model=maps(p).model)
 
-    here = map_derivative(at, value, orbit.state, key=key)
-    if here.status:
-        raise ArithmeticError(here.status)
+    here = reached(map_derivative(at, value, orbit.state, key=key))
     moves = np.linalg.solve(np.eye(len(like.free)) - here.derivative, here.along[:, 0])
     x = like.unknowns(orbit.state)
 

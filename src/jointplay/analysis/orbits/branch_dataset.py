@@ -17,12 +17,12 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities, joint_flags
-from jointplay.analysis.labels import Out
+from jointplay.analysis.labels import Out, xr
 from jointplay.analysis.orbits import orbit_dataset, section_map
 from jointplay.analysis.orbits.branch import ENDS, WHY, Branch
 from jointplay.analysis.orbits.branch_points import KINDS, Special
@@ -33,9 +33,6 @@ from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.vary import Axis
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.model import Model
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 STEPS = (3e-5, 3e-7)  # h; the second where an event is nearer than the first
 LEAP = 1e-4  # of a value: a difference on one side alone that is larger is a jump, as of an angle by a turn

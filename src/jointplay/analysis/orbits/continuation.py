@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import count
-from typing import TYPE_CHECKING, Annotated, Any, Unpack
+from typing import Annotated, Any, Unpack
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from jointplay.analysis import rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import needed
 from jointplay.analysis.keywords import Moving, Names, Settling, Small, Text, analysis
-from jointplay.analysis.labels import Out, along, ended, units
+from jointplay.analysis.labels import Out, along, ended, units, xr
 from jointplay.analysis.orbits import branch_dataset, orbit_dataset
 from jointplay.analysis.orbits.arclength import first
 from jointplay.analysis.orbits.branch import WHY, Branch, Tracer
@@ -50,9 +50,6 @@ from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section
 from jointplay.solver.motion.progress import Aborted, Stopped
 from jointplay.solver.motion.trajectory import INTERRUPTED
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 STEP = 0.02
 LISTED = 3  # special points named in a line

@@ -11,14 +11,14 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, RUN, Quantities, joint_flags, needed
 from jointplay.analysis.keywords import HANDED, Moving, Names, Settling, analysis
-from jointplay.analysis.labels import Out, ended, units
+from jointplay.analysis.labels import Out, ended, units, xr
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.orbit_dataset import ORBIT, Tolerance
 from jointplay.analysis.orbits.section_map import section_map
@@ -32,9 +32,6 @@ from jointplay.solver.mechanism.base import Natural
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 from jointplay.solver.motion.progress import part
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ONCE_A_TURN = CrankAngle()
 RTOL = 1e-11

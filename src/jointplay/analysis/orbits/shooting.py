@@ -32,9 +32,8 @@ from jointplay.analysis.orbits.section_map import FAILED, Image, SectionMap, fre
 TOLERANCE = 1e-8  # of a residual, in units of the scales
 ITERATIONS = 30
 SHORTEST = 2.0**-10
-GAIN = (
-    0.3  # factor by which an iteration below the tolerance must reduce the residual to be followed by another
-)
+# factor by which an iteration below the tolerance must reduce the residual to be followed by another
+GAIN = 0.3
 ROUNDING = 1e-14
 
 RECENT = 60  # last turns of the transient, among whose ends the nearest recurrences are taken

@@ -18,14 +18,14 @@ before.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
 from jointplay.analysis.declared import Outputs, values_of
 from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import Before, Motion, Moving, Quantity, Share, analysis
-from jointplay.analysis.labels import Out
+from jointplay.analysis.labels import Out, xr
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits
 from jointplay.analysis.signals.observable import MOVED, chosen, named, series, too_few
@@ -35,9 +35,6 @@ from jointplay.display.number_text import MINUS
 from jointplay.solver.mechanism.base import Count, Natural
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 from jointplay.solver.motion.progress import part, ticked
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 USUAL, TURNS, FREQUENCIES, TOLERANCE = "journal_x", 2000, 100, 1e-4
 RTOL = 1e-10  # noise of a periodic motion then stays below the tolerance, also of small quantities

@@ -19,7 +19,7 @@ comes out low: a uniform square, whose C is π r² - (8/3) r³ + r⁴/2, by 0.09
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Unpack
+from typing import Annotated, Any, NamedTuple, Unpack
 
 import numpy as np
 from pydantic import AfterValidator
@@ -27,7 +27,7 @@ from pydantic import AfterValidator
 from jointplay.analysis.declared import Outputs, values_of
 from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import Before, Motion, Moving, Quantities, Share, analysis
-from jointplay.analysis.labels import Out
+from jointplay.analysis.labels import Out, xr
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits
 from jointplay.analysis.signals.observable import MOVED, observable, series
@@ -36,9 +36,6 @@ from jointplay.display.number_text import with_error
 from jointplay.solver.mechanism.base import Natural, accepts
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 from jointplay.solver.motion.progress import part, ticked
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FLOOR, PER_DECADE = 1e-3, 32  # radii: from this share of the set's size on, so many a decade
 BLOCK = 512  # points whose neighbours are counted between two looks

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from jointplay.analysis.labels import xr
 from jointplay.analysis.quantities import WORDS, recorded
-from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.display.errors import InputError, Problem, raise_any, strangers
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOVED = 0.9  # of the progress, when a motion has been followed and is to be evaluated
 STATE = "state_value"
@@ -66,8 +62,7 @@ def _labels(mechanism: Mechanism, of: str | None) -> tuple[str, ...]:
 
 
 def _known(name: str, names: tuple[str, ...], key: str, what: str) -> str:
-    if name not in names:
-        raise InputError([unknown(key, name, name, names, what)])
+    raise_any(strangers([(key, name)], names, what))
     return name
 
 

@@ -18,7 +18,7 @@ density has fallen before the end of the axis.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Unpack
+from typing import Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -27,7 +27,7 @@ from jointplay.analysis import rules
 from jointplay.analysis.declared import Outputs, values_of
 from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import Lasting, Moving, Quantity, Text, analysis
-from jointplay.analysis.labels import Out
+from jointplay.analysis.labels import Out, xr
 from jointplay.analysis.signals.observable import MOVED, chosen, named, series, too_few
 from jointplay.analysis.simulate import simulate
 from jointplay.display.errors import refuse
@@ -35,9 +35,6 @@ from jointplay.display.number_text import measure, plain
 from jointplay.solver.mechanism.base import Natural, accepts
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.progress import part
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 USUAL, SAMPLES_PER_TURN, SEGMENTS, WINDOW = "normal_force", 512, 8, "hann"
 LEVEL = 0.95  # of the interval

@@ -16,7 +16,7 @@ import math
 import time
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, Unpack
+from typing import Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import Field
@@ -26,7 +26,7 @@ from jointplay.analysis.cells import handed_out, warm
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.keywords import HANDED, JointName, Moving, Plane, Settling, analysis
-from jointplay.analysis.labels import PLANE, Out, ended
+from jointplay.analysis.labels import PLANE, Out, ended, xr
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.quantities import STATUS
@@ -52,9 +52,6 @@ from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.motion.eligibility import ROUTES
 from jointplay.solver.motion.ensemble_runs import ensemble_fits, in_lanes
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 TURNS, PATIENCE = 64, 4
 TOLERANCE = 1e-3

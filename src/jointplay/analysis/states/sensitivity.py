@@ -37,7 +37,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
+from typing import Annotated, Any, Literal, Unpack
 
 import numpy as np
 
@@ -48,7 +48,7 @@ from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.exponents.batch_means import decided
 from jointplay.analysis.exponents.growth import STATE, TIME, Turn, unresolved
 from jointplay.analysis.keywords import HANDED, JointName, Moving, Plane, Settling, Small, analysis
-from jointplay.analysis.labels import PLANE, Out, ended
+from jointplay.analysis.labels import PLANE, Out, ended, xr
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.states.start_plane import (
@@ -68,9 +68,6 @@ from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.progress import part
 from jointplay.solver.motion.trajectory import INTERRUPTED, Request, follow
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NEIGHBOURS = 20
 FINITE = "finite-time Lyapunov exponent"

@@ -21,7 +21,7 @@ import numpy as np
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import on_section
 from jointplay.analysis.starts import Journals, free_states, state_names
-from jointplay.display.errors import NOTHING, InputError, Problem, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, strangers, unknown
 from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.model import Model
@@ -86,9 +86,7 @@ def coordinate_problems(
     if model is None:
         return []
     known = coordinates(mechanism, model)
-    problems = [
-        unknown(f"{key}.{name}", name, name, known, "coordinate") for name in given if name not in known
-    ]
+    problems = list(strangers(((f"{key}.{name}", name) for name in given), known, "coordinate"))
     problems += _incompatible(key, mechanism, model, tuple(given), initial)
     loose = _bearings(model)
     if loose and joint in (None, *loose):
@@ -160,11 +158,8 @@ def _incompatible(
         accepted = f"beside {journals[0]}, a coordinate of a journal or of the crank is accepted"
         yield Problem(f"{key}.{states[0]}", states[0], accepted)
     if "crank_speed" in names and isinstance(mechanism.drive, ConstantSpeed):
-        yield Problem(
-            f"{key}.crank_speed",
-            "crank_speed",
-            "another coordinate is accepted: the drive prescribes this one",
-        )
+        accepted = "another coordinate is accepted: the drive prescribes this one"
+        yield Problem(f"{key}.crank_speed", "crank_speed", accepted)
     if isinstance(initial, Mapping) and "angle" in initial and set(names) & set(CRANK):
         accepted = "a start by crank_angle and crank_speed is accepted with these coordinates"
         yield Problem("initial", dict(initial), accepted)

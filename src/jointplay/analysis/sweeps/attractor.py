@@ -14,7 +14,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from jointplay.analysis.cells import guarded
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.exponents import batch_means, frame_growth
 from jointplay.analysis.exponents.frame_growth import Stretch, followed_together, grown
-from jointplay.analysis.labels import Out, units
+from jointplay.analysis.labels import Out, units, xr
 from jointplay.analysis.period import REPEATS, period
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place, end_of, moved, placed
@@ -34,9 +34,6 @@ from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 from jointplay.solver.motion.eligibility import ROUTES, batch, joined_route
 from jointplay.solver.motion.trajectory import Records, Request
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 RTOL = 1e-7  # periodic section points then lie within 1e-5 of a clearance; a fifth faster than 1e-8
 TOLERANCE = 1e-4  # of a clearance, or of a test system's unit: spread of section points that count as one

@@ -34,7 +34,7 @@ from jointplay.analysis.cells import Read, Work, answered
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.exponents.batch_means import CHAOTIC, decided, section_correlation
 from jointplay.analysis.keywords import Moving, Names, Settling, Starts, analysis, as_list, as_several
-from jointplay.analysis.labels import PLANE, Out, along
+from jointplay.analysis.labels import PLANE, Out, along, xr
 from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rules import assembled_at, each_alike, quantity
 from jointplay.analysis.starts import placed
@@ -51,9 +51,6 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, NonNegative, Positive, accepts, unit
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 from jointplay.solver.motion.ensemble_runs import ensemble_fits
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ERRORS = 3.0  # standard errors beyond which exponents differ
 EXPONENTS = ("section_exponent_per_turn", "lyapunov_exponent_per_turn")  # the first that a point has

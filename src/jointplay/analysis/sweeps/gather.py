@@ -19,7 +19,7 @@ from jointplay.analysis.cells import Read
 from jointplay.analysis.evaluate import on_joints
 from jointplay.analysis.labels import Out, along
 from jointplay.analysis.quantities import STATUS
-from jointplay.display.errors import NOTHING, InputError, Problem
+from jointplay.display.errors import NOTHING, InputError, Problem, raise_any
 from jointplay.jobs.columns import PARTS, Field, Form, Plain, shared, thawed
 from jointplay.jobs.journal import refuse_lost
 from jointplay.solver.mechanism.base import accepts, is_number
@@ -220,9 +220,8 @@ def cell(dataset: Annotated[xr.Dataset, accepts("a result")], **values: Any) -> 
     if not dims or set(values) != set(dims):
         expected = f"one value of each of {', '.join(dims)} is needed" if dims else "a sweep is accepted"
         raise InputError([Problem("cell", values or NOTHING, expected)])
-    wrong = [(name, value) for name, value in values.items() if not is_number(value)]
-    if wrong:
-        raise InputError(Problem(name, value, "a number is accepted") for name, value in wrong)
+    numbers = values.items()
+    raise_any(Problem(name, each, "a number is accepted") for name, each in numbers if not is_number(each))
     try:
         found = dataset.sel(values, method="nearest")
     except (KeyError, TypeError, ValueError, IndexError) as error:

@@ -32,7 +32,7 @@ from pydantic import BeforeValidator, model_validator
 
 from jointplay.analysis.gradients import selection
 from jointplay.analysis.vary import axes, repeated
-from jointplay.display.errors import InputError, Problem, join, unknown
+from jointplay.display.errors import InputError, Problem, join, raise_any, strangers, unknown
 from jointplay.solver.mechanism.base import Name, Number, Positive, Record, accepts, unit
 from jointplay.solver.mechanism.measures import in_si
 from jointplay.solver.mechanism.parameters import INITIAL, Parameter, declared_units
@@ -104,8 +104,7 @@ class Spread(Record):
 
     @model_validator(mode="after")
     def _is_one(self) -> Spread:
-        if problems := list(self._problems()):
-            raise InputError(problems)
+        raise_any(self._problems())
         return self
 
     def _problems(self) -> Iterator[Problem]:
@@ -429,11 +428,7 @@ def dependence_fits(
     """Yield the problems of batches, and of a matrix that is no correlation."""
     members = [key for batch in together for key in batch]
     for i, batch in enumerate(together):
-        yield from (
-            unknown(f"together[{i}]", key, key, [*spreads], "parameter")
-            for key in batch
-            if key not in spreads
-        )
+        yield from strangers(((f"together[{i}]", key) for key in batch), [*spreads], "parameter")
         if len({*batch}) < 2 or any(members.count(key) > 1 for key in batch):
             yield Problem(f"together[{i}]", batch, "two parameters or more, each in one batch, are accepted")
     if correlation is None:

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Unpack
+from typing import Annotated, Any, Literal, Unpack
 
 import numpy as np
 
@@ -27,8 +27,9 @@ from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.gradients import selection
 from jointplay.analysis.gradients.gradient import gradient
+from jointplay.analysis.gradients.gradient_dataset import columns
 from jointplay.analysis.keywords import Moving, Names, Settling, Share, Small, analysis
-from jointplay.analysis.labels import Out, ended
+from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import section_fits
@@ -58,7 +59,7 @@ from jointplay.analysis.tolerances.spreads import (
     words_of,
 )
 from jointplay.display import codes
-from jointplay.display.errors import ModelWarning, Problem, unknown
+from jointplay.display.errors import ModelWarning, Problem, strangers, unknown, with_keys
 from jointplay.display.number_text import counted, measure, percent, plain
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, NonNegative, Number, accepts
@@ -66,9 +67,6 @@ from jointplay.solver.mechanism.parameters import INITIAL, Parameter
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 from jointplay.solver.motion.ensemble_runs import in_lanes
 from jointplay.solver.motion.progress import part
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 BLOCK, STILL_OPEN = 128, 32  # samples of a cell; fewer of those followed on, so that no worker waits
 SAMPLES, TURNS, TRANSIENT, LYAPUNOV_TURNS, ROWS, EDGE_RUNS = 1000, 50, 150, 200, 128, 100
@@ -300,14 +298,10 @@ def _asked_fits(
 ) -> Iterator[Problem]:
     """Yield the problems of events and quantities that the mechanism has not."""
     able = usual_events(mechanism)
-    for i, name in enumerate(events or ()):
-        if name not in able:
-            yield unknown(f"events[{i}]", name, name, able, "event")
+    yield from strangers(with_keys("events", events), able, "event")
     if turns < REPEATS and (usual_events(mechanism) if events is None else events):
         yield Problem("turns", turns, f"at least {REPEATS} are accepted, or events = []")
-    named = [(f"of[{i}]", name) for i, name in enumerate(of or ())] + [
-        (f"limits.{n}", n) for n in limits or ()
-    ]
+    named = [*with_keys("of", of), *((f"limits.{name}", name) for name in limits or ())]
     known = known_quantities(mechanism) if named else []
     for place, name in named:
         if name not in known:
@@ -338,9 +332,8 @@ def _causes_fit(
     elif prices is not None and (not limits or correlation is not None):
         yield Problem("prices", prices, "accepted beside limits, and without correlation")
     heads = {batch[0] for batch in together} | {*spreads} - {key for batch in together for key in batch}
-    for key in prices or ():
-        if key not in heads:
-            yield unknown(f"prices.{key}", key, key, sorted(heads), "parameter, or first one of a batch,")
+    priced = ((f"prices.{key}", key) for key in prices or ())
+    yield from strangers(priced, sorted(heads), "parameter, or first one of a batch,")
     if len(prices or ()) > estimates.MOST_SUBSETS:
         yield Problem("prices", len(prices), f"at most {estimates.MOST_SUBSETS} prices are accepted")
 
@@ -653,10 +646,7 @@ def _labels(mechanism: Any, design: Design, main: Found, limits: Mapping[str, fl
     words = [parameter_words(mechanism, key) for key in design.spreads]
     nouns = [words[first][0] + f" and {len(more)} more" * bool(more) for first, *more in design.factors]
     limited = [name.removeprefix(ABOVE) for name in main.events]
-    table = {
-        "parameter": np.array([*design.spreads], dtype=str),
-        "parameter_name": np.array([noun for noun, _ in words], dtype=str),
-        "parameter_units": np.array([units for _, units in words], dtype=str),
+    table = columns("parameter", [*design.spreads], words) | {
         "factor": np.array(_factor_names(design), dtype=str),
         "factor_name": np.array(nouns, dtype=str),
         "event": np.array(main.events, dtype=str),
@@ -665,12 +655,8 @@ def _labels(mechanism: Any, design: Design, main: Found, limits: Mapping[str, fl
         "output": np.array([*main.events, *main.quantities], dtype=str),
     }
     if main.quantities:
-        told = [words_of(name) for name in main.quantities]
-        table |= {"quantity": np.array(main.quantities, dtype=str), "quantile": np.array(estimates.QUANTILES)}
-        table |= {
-            "quantity_name": np.array([noun for noun, _ in told], dtype=str),
-            "quantity_units": np.array([units for _, units in told], dtype=str),
-        }
+        table |= columns("quantity", main.quantities, list(map(words_of, main.quantities)))
+        table["quantile"] = np.array(estimates.QUANTILES)
     return table
 
 
@@ -827,8 +813,8 @@ def _derivatives(
     mechanism: Any, medians: Mapping[str, float], of: tuple[str, ...], rtol: float
 ) -> dict[str, Any]:
     """Derivatives of quantities of the periodic orbit at the medians."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)  # what is doubtful is said in the answer
+    # what is doubtful is said in the answer
+    with warnings.catch_warnings(action="ignore", category=ModelWarning):
         found = gradient(
             mechanism.varied(medians), of=of, by=tuple(medians), orbit=True, rtol=min(rtol, 1e-8)
         )

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.number_text import shown
-from jointplay.figures.drawing import artists, select, style, sweep_axes
+from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select, style, sweep_axes
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 SHADES = {
     "quiet": "#eef5ea",

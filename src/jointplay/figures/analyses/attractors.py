@@ -6,29 +6,30 @@ into several numbers, and nothing tells whether it is the same one on both sides
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.display.number_text import Shown
 from jointplay.figures.analyses.bifurcation import ERRORS, SIZES, sought
-from jointplay.figures.drawing import artists, select, style, sweep_axes
+from jointplay.figures.drawing import (
+    Axes,
+    DataArray,
+    Dataset,
+    Figure,
+    Line2D,
+    Patch,
+    artists,
+    select,
+    style,
+    sweep_axes,
+)
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-    from xarray import DataArray, Dataset
 
 # dark and light in turn, and a pattern for each two: a grey print tells them
 COLOURS = (style.BLUE, style.AMBER, "#5b0f0f", "#56b4e9", "#007a53", "#cc79a7", "#3b1f6b", "#9a9a3c")
-CHAOS, REST, UNSETTLED = (
-    style.BLACK,
-    "#bdbdbd",
-    {"facecolor": style.DISC, "edgecolor": style.GREY, "hatch": "////", "linewidth": 0.0},
-)
+CHAOS, REST = style.BLACK, "#bdbdbd"
+UNSETTLED = {"facecolor": style.DISC, "edgecolor": style.GREY, "hatch": "////", "linewidth": 0.0}
 PATTERNS, SIGNS = (None, "\\\\\\\\", "......", "xxxxx"), "o^sD"
 TITLE = "Motions, and the periods that each has somewhere along the parameter"
 NAMED = 4  # periods of a motion in the legend

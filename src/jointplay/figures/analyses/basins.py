@@ -6,21 +6,15 @@ Field: finite-time Lyapunov exponents over a plane of initial states.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.errors import Problem
 from jointplay.display.number_text import shown, with_error
-from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.drawing import Axes, DataArray, Dataset, Figure, Patch, artists, select, style
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Patch
-    from xarray import DataArray, Dataset
 
 # eight lightnesses, no two alike, neighbours far apart: a grey print tells them
 COLOURS = ("#a9d9f2", "#b02a2a", "#fdf3c7", "#3f7fc4", "#06280f", "#78ac52", "#4d1f7a", "#f3a552")

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from jointplay.display.number_text import Shown
-from jointplay.figures.drawing import artists, select, style, sweep_axes
+from jointplay.figures.drawing import Axes, DataArray, Dataset, Figure, artists, select, style, sweep_axes
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import DataArray, Dataset
 
 USUAL = ("journal_x", "eccentricity_ratio", "state_value")
 ERRORS = 2  # standard errors on either side of an exponent

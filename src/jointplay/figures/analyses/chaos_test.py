@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.number_text import PLAIN
-from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select, style
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 NEEDED = ("chaos_indicator", "chaos_indicator_quartile", "walk_x", "walk_y", "square_displacement")
 REGULAR = "Regular: all are one point"
@@ -35,8 +28,13 @@ def chaos_test(dataset: Dataset) -> Figure:
     figure = style.sheet(180.0, 66.0)
     indicators, walk, displacement = figure.subplots(1, 3)
     indicator_panel(indicators, dataset)
-    walk_panel(walk, dataset)
-    displacement_panel(displacement, dataset)
+    excuse = nothing_to_see(dataset)
+    for ax, panel in ((walk, walk_panel), (displacement, displacement_panel)):
+        if excuse:
+            artists.say(ax, excuse, style.BLACK if excuse == REGULAR else style.WARNING)
+        else:
+            panel(ax, dataset)
+            artists.heading(ax, f"c = {float(dataset['walk_frequency']):.3f}")
     artists.letter((indicators, walk, displacement))
     figure.suptitle(f"Samples: {dataset['sample'].attrs['long_name']}", fontsize=8)
     return artists.finish(figure, dataset)
@@ -58,29 +56,21 @@ def indicator_panel(ax: Axes, dataset: Dataset) -> None:
 
 def walk_panel(ax: Axes, dataset: Dataset) -> None:
     """Draw the path of the point that the samples drive."""
-    if excuse := nothing_to_see(dataset):
-        artists.say(ax, excuse, style.BLACK if excuse == REGULAR else style.WARNING)
-        return
     x, unit = artists.displayed(dataset["walk_x"])
     y, _ = artists.displayed(dataset["walk_y"], unit)
     ax.plot(x, y, color=style.GREY, linewidth=0.4, rasterized=x.size > artists.DENSE)
     ax.plot(x, y, ".", color=style.BLACK, markersize=1.0, rasterized=True)
     ax.set(xlabel=artists.with_unit("p", unit.symbol), ylabel=artists.with_unit("q", unit.symbol))
     ax.set_aspect("equal", adjustable="datalim")
-    artists.heading(ax, f"c = {float(dataset['walk_frequency']):.3f}")
 
 
 def displacement_panel(ax: Axes, dataset: Dataset) -> None:
     """Draw the mean square displacement of that point over the number of samples."""
-    if excuse := nothing_to_see(dataset):
-        artists.say(ax, excuse, style.BLACK if excuse == REGULAR else style.WARNING)
-        return
     _, unit = artists.displayed(dataset["walk_x"])
     symbol = unit.symbol if unit.symbol in PLAIN.values() else f"{unit.symbol}²"
     ax.plot(dataset["lag"], dataset["square_displacement"] * unit.factor**2, color=style.BLACK)
     label = artists.broken(artists.with_unit("Mean square displacement", symbol), NARROW)
     ax.set(xlim=(0, None), ylim=(0, None), xlabel="Samples n", ylabel=label)
-    artists.heading(ax, f"c = {float(dataset['walk_frequency']):.3f}")
 
 
 def nothing_to_see(dataset: Dataset) -> str:

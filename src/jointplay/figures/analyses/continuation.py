@@ -7,20 +7,15 @@ as in old results, and where an event passed the section on the way: the quantit
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.display import codes
 from jointplay.figures.analyses.bifurcation import Frame, diagram, lines, mark, sought
-from jointplay.figures.drawing import artists, select, style, sweep_axes
+from jointplay.figures.drawing import Axes, DataArray, Dataset, Figure, artists, select, style, sweep_axes
 from jointplay.figures.drawing.artists import BETWEEN, through
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import DataArray, Dataset
 
 COLOURS = (style.BLUE, style.AMBER, style.WARNING, "#2f9e44")  # by period; neighbours differ in grey too
 STABLE, UNSTABLE = {"linestyle": "-", "linewidth": 1.0}, {"linestyle": (0, (3, 1.5)), "linewidth": 0.8}

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from jointplay.display.number_text import with_error
-from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select, style
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 ENDS = (np.array([0.0, 0.2, 0.3]), np.array([0.95, 0.95, 0.95]))  # colours of the first and the last part
 LISTED = 12  # vectors that have room

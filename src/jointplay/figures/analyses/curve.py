@@ -4,20 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import cycle
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from jointplay.display import codes
 from jointplay.figures.analyses.parameter_map import panel
-from jointplay.figures.drawing import artists, select, style, sweep_axes
+from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select, style, sweep_axes
 from jointplay.figures.drawing.artists import through
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 LOOKS = {  # kind of curve: colour and dashes, which tell them apart in grey too
     "fold": (style.BLACK, "-"),

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.display.errors import Problem
 from jointplay.display.number_text import plain, with_error
-from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.drawing import Dataset, Figure, artists, select, style
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 NEIGHBOUR = {"color": style.GREY, "linewidth": 0.4, "linestyle": "-", "alpha": 0.6}
 MEAN = {"color": style.BLACK, "linewidth": 1.4, "linestyle": "-"}

@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.number_text import plain
-from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select, style
 from jointplay.figures.drawing.artists import lines
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 MARGIN = 1.15
 WIDEST = {True: 4.0, False: 2.0}  # of one orbit, of many; farther out: arrows at the edge, or nothing

@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 from textwrap import fill
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.drawing import Dataset, Figure, artists, select, style
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 ROW, HEAD, WIDE = 5.5, 22.0, 4  # mm a parameter; mm; panels side by side
 NAMES, LETTERS = 52.0, 34  # for the parameters' names: mm, letters in a line

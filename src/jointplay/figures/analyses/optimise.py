@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 from textwrap import fill
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from jointplay.display.number_text import measure, plain
-from jointplay.figures.drawing import artists, style
+from jointplay.figures.drawing import Axes, Dataset, Figure, artists, style
 from jointplay.figures.drawing.select import require
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 LOOKS = {"before": (style.AMBER, "before"), "after": ("black", "after")}
 WIDE, LETTERS = 0.4, 30  # of a bar; of a parameter's name in a line

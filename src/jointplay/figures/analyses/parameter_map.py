@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from jointplay.display.errors import InputError, Problem, unknown
-from jointplay.figures.drawing import artists, select, style, sweep_axes
+from jointplay.display.errors import Problem, raise_any, strangers, with_keys
+from jointplay.figures.drawing import (
+    Axes,
+    DataArray,
+    Dataset,
+    Figure,
+    ListedColormap,
+    artists,
+    select,
+    style,
+    sweep_axes,
+)
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.colors import ListedColormap
-    from matplotlib.figure import Figure
-    from xarray import DataArray, Dataset
 
 USUAL = ("section_exponent_per_turn", "period", "impacts")
 FLOW = "lyapunov_exponent_per_turn"  # of a result without exponents of the section's map
@@ -115,10 +119,7 @@ def listed(maps: Any, known: Sequence[str]) -> list[str]:
     wanted = [maps] if isinstance(maps, str) else list(maps)
     if not wanted:
         raise select.refuse("maps", maps, "a list of at least one name")
-    named = enumerate(wanted)
-    wrong = [unknown(f"figure.maps[{i}]", v, v, known, "variable") for i, v in named if v not in known]
-    if wrong:
-        raise InputError(wrong)
+    raise_any(strangers(with_keys("figure.maps", wanted), known, "variable"))
     return wanted
 
 

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.number_text import Shown
 from jointplay.figures.analyses.parameter_map import colour_scale
-from jointplay.figures.drawing import artists, cell_quantity, select, style, sweep_axes
+from jointplay.figures.drawing import (
+    Axes,
+    DataArray,
+    Dataset,
+    Figure,
+    artists,
+    cell_quantity,
+    select,
+    style,
+    sweep_axes,
+)
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import DataArray, Dataset
 
 CASE = "case"  # the dimension of combinations that make no grid
 CURVES, NUMBERED = 4, 10  # at most

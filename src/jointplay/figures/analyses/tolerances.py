@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.number_text import percent, raised, shown
-from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select, style
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 BINS, NAMES = 30, 17  # of a histogram; letters in a line of a parameter's name
 COLOURS = {"no": style.BLUE, "yes": style.AMBER, "undecided": style.GREY, "failed": style.WARNING}

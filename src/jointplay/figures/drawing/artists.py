@@ -19,21 +19,23 @@ import re
 from collections.abc import Callable, Iterable
 from string import ascii_lowercase
 from textwrap import fill
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.number_text import PLAIN, RAISED, Shown, shown
-from jointplay.figures.drawing import select, style
+from jointplay.figures.drawing import (
+    Axes,
+    Axis,
+    DataArray,
+    Dataset,
+    Figure,
+    FigureBase,
+    Line2D,
+    select,
+    style,
+)
 from jointplay.figures.drawing.style import Panel
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
-    from matplotlib.figure import Figure, FigureBase
-    from matplotlib.lines import Line2D
-    from xarray import DataArray, Dataset
 
 LONGEST, NARROW = 34, 26  # characters before a label, or a heading, breaks
 BESIDE_TOP_AXIS = 15.5  # pt: how high a heading stands where a second axis has its numbers

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.display import codes
-from jointplay.display.errors import NOTHING, InputError, Problem, unknown
-from jointplay.figures.drawing import select
+from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, unknown
+from jointplay.figures.drawing import DataArray, Dataset, select
 from jointplay.kinds import KINDS
-
-if TYPE_CHECKING:
-    from xarray import DataArray, Dataset
 
 LARGEST = "largest"  # of all entries the one with the largest value
 ENTRIES = {"exponent": 1, "multiplier": LARGEST}  # where none is asked for
@@ -104,8 +101,7 @@ def refuse_wrong(array: DataArray, own: list[str], entries: dict[str, Any]) -> N
             named = ", ".join(map(str, values[:LISTED])) + (f" ... {values[-1]}" if values[LISTED:] else "")
             accepted = f"an entry along {dim} is accepted: {named}, or {LARGEST!r}"
             wrong.append(Problem(f"figure.at.{dim}", given, accepted))
-    if wrong:
-        raise InputError(wrong)
+    raise_any(wrong)
 
 
 def entry_index(array: DataArray, dim: str, entry: Any) -> Any:

@@ -6,14 +6,9 @@ peaks. Where its lowest and highest values between samples were recorded, they j
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from jointplay.figures.drawing import artists, style
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from jointplay.figures.drawing import Axes, artists, style
 
 RUN, BENDS = 65, 16  # samples in a row, and turning points among them from which they are too few
 SWING = 0.02  # of a curve's whole height: less than this is no turning point

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 from numbers import Real
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.errors import InputError, Problem, unknown
-
-if TYPE_CHECKING:
-    from xarray import DataArray, Dataset
+from jointplay.figures.drawing import DataArray, Dataset
 
 
 def refuse(option: str, given, expected: str) -> InputError:

@@ -9,7 +9,7 @@ Axes of somebody else's figure in the place of a figure of our own, for drawings
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -17,13 +17,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from cycler import cycler
 
-from jointplay.figures.drawing import select
+from jointplay.display.terminal import held
+from jointplay.figures.drawing import Axes, Dataset, Figure, SubFigure, select
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
-    from xarray import Dataset
-
     from jointplay.figures.drawing.derived import Sheet
 
 MILLIMETRE = 1 / 25.4
@@ -99,14 +96,9 @@ _USUAL = Settings()
 _SETTINGS: ContextVar[Settings] = ContextVar("settings", default=_USUAL)
 
 
-@contextmanager
-def settings(**given: Any) -> Iterator[None]:
+def settings(**given: Any) -> AbstractContextManager[None]:
     """Draw figures inside the block with these `Settings`."""
-    token = _SETTINGS.set(_SETTINGS.get()._replace(**given))
-    try:
-        yield
-    finally:
-        _SETTINGS.reset(token)
+    return held(_SETTINGS, _SETTINGS.get()._replace(**given))
 
 
 def same_sheet() -> tuple[Dataset, ...]:

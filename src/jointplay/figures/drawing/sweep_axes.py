@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.display.errors import Problem, unknown
 from jointplay.display.number_text import Shown
-from jointplay.figures.drawing import artists, select, style
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from xarray import DataArray, Dataset
+from jointplay.figures.drawing import Axes, DataArray, Dataset, artists, select, style
 
 SWEEPS = ("direction", "start")  # dimensions of a grid that are no parameters
 ORDER = ("down", "reset", "up")  # drawn one over the other

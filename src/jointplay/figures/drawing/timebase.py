@@ -9,17 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from jointplay.display.number_text import shown
-from jointplay.figures.drawing import artists, select
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import Dataset
+from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select
 
 AXES = ("time", "turns", "angle")
 CRANK = "crank"

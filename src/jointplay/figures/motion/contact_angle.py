@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.figures.drawing import artists, select, style, timebase
+from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select, style, timebase
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 PANEL, GAP, MARGINS = 28.0, 7.0, 23.0  # mm of height
 FLIGHT = 2.0  # pt: flights are a short part of a turn

@@ -6,18 +6,12 @@ A corner of a slider moves in the gap of its guide instead.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.figures.drawing import artists, select, style, timebase
+from jointplay.figures.drawing import Axes, DataArray, Dataset, Figure, artists, select, style, timebase
 from jointplay.figures.registry import picture
 from jointplay.solver.equations.structure import CORNERS
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import DataArray, Dataset
 
 NAMES = tuple(f"_{corner}" for corner in CORNERS)
 

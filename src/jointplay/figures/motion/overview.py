@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from jointplay.figures.drawing import artists, select, style, timebase
+from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select, style, timebase
 from jointplay.figures.motion.journal_orbit import orbit_panel
 from jointplay.figures.motion.phase_portrait import counted, journal_points, portrait_panel
 from jointplay.figures.motion.time_history import between, history_panel, legends
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import Dataset
 
 MOST = 4  # joints on a sheet
 FORCES, JOINT = 57.0, 66.0  # mm of height: the forces, the pictures of a joint

@@ -6,19 +6,13 @@ Poincaré section: the points at which the motion crosses a section.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from jointplay.display.number_text import plain
-from jointplay.figures.drawing import artists, select, style, timebase
+from jointplay.figures.drawing import Axes, DataArray, Dataset, Figure, artists, select, style, timebase
 from jointplay.figures.motion.journal_orbit import journal, orbit_frame
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import DataArray, Dataset
 
 DEFAULTS = ("eccentricity", "normal_velocity")
 ON_A_LINK = ("angle", "angular_velocity")

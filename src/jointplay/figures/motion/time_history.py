@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.number_text import Shown
-from jointplay.figures.drawing import artists, envelope, select, style, timebase
+from jointplay.figures.drawing import (
+    Axes,
+    DataArray,
+    Dataset,
+    Figure,
+    artists,
+    envelope,
+    select,
+    style,
+    timebase,
+)
 from jointplay.figures.registry import picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from xarray import DataArray, Dataset
 
 DEFAULTS = ("normal_force", "angular_acceleration", "state_value")
 LONGEST = 27  # characters of a y label that fit the height of a panel

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.display.errors import NOTHING, InputError, Problem, unknown
+from jointplay.display.errors import NOTHING, Problem, raise_any, unknown
 from jointplay.solver.equations.drives import DRIVES
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.equations.parameters import parameter_names
@@ -127,8 +127,7 @@ def _check_journals(bases: Bases) -> None:
                 f"at most {most:.4g} clearances from its bearing's centre are accepted for the journal of"
             )
             problems.append(Problem("initial.angle", angles, f"{expected} {joint.name}, here {far} away"))
-    if problems:
-        raise InputError(problems, "initial")
+    raise_any(problems, "initial")
 
 
 def journal_distances(mechanism: Mechanism, initial: Any) -> dict[str, float]:
@@ -182,8 +181,7 @@ def check_section(section: Section, mechanism: Mechanism) -> None:
     on_guide = section.kind == "plane" and joint in mechanism.guides
     if not on_guide and (joint is not None or section.kind in ("contact", "separation")):
         problems += _joint_problems(joint, mechanism)
-    if problems:
-        raise InputError(problems, "section")
+    raise_any(problems, "section")
 
 
 def _joint_problems(joint: str | None, mechanism: Mechanism) -> list[Problem]:

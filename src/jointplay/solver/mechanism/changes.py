@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Protocol, TypeVar
 
 from pydantic import Discriminator, Field, Tag
 
-from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.display.errors import InputError, Problem, raise_any, strangers, unknown, with_keys
 from jointplay.solver.mechanism.base import (
     DOWNWARDS,
     Few,
@@ -148,8 +148,7 @@ def changed(mechanism: M, changes: Mapping[str, Any]) -> M:
     doubtful = _NEED_BENDING if any(first(problem.key) == "elastic" for problem in problems) else ()
     nowhere = [w for w in _NOWHERE if w in values and w not in doubtful and not paths_of(begun, w)]
     problems += [Problem(word, values[word], _NOWHERE[word]) for word in nowhere]
-    if problems:
-        raise InputError(problems)
+    raise_any(problems)
     return at_paths(mechanism, _ends(mechanism, begun, values))
 
 
@@ -237,8 +236,7 @@ def _friction_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterat
 
 def _elastic_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
     names = [link.name for link in mechanism.links]
-    missing = ((i, name) for i, name in enumerate(values.get("elastic", ())) if name not in names)
-    yield from (unknown(f"elastic[{i}]", name, name, names, "link") for i, name in missing)
+    return strangers(with_keys("elastic", values.get("elastic")), names, "link")
 
 
 def _drive_problems(values: Mapping[str, Any]) -> Iterator[Problem]:

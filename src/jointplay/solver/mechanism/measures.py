@@ -15,14 +15,13 @@ from functools import cache
 from itertools import chain, repeat
 from typing import Any
 
-from jointplay.display.errors import InputError, refuse
+from jointplay.display.errors import InputError, raise_any, refuse
 from jointplay.display.number_text import typed
 
 SMALLEST = 1e-50  # SI; a handful of such numbers can still be multiplied
 LONGEST = 60  # characters of a text with a unit
-PATTERN = (
-    r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?(\s*|\s+1/)[A-Za-zµμ°%][^,;_]*$"  # as editors check it, too
-)
+# as editors check it, too
+PATTERN = r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?(\s*|\s+1/)[A-Za-zµμ°%][^,;_]*$"
 _WRITTEN = re.compile(PATTERN)
 _NUMBER = re.compile(r"\s*[+-]?[\d.]+([eE][+-]?\d+)?")
 
@@ -63,8 +62,7 @@ def _each(items: Iterable[tuple[Any, Any, Any]]) -> list[Any]:
             values.append(in_si(item, units))
         except InputError as error:
             problems += error.under(str(key)).problems
-    if problems:
-        raise InputError(problems)
+    raise_any(problems)
     return values
 
 
@@ -130,13 +128,7 @@ def coherent(given: Any) -> tuple[Any, str]:
 def _named(base: Any) -> str:
     """Units as ``kg m²/s²``, or ``A/(kg m)``."""
     symbol, powers = _registry().get_symbol, sorted(base._units.items())
-    above, below = (
-        [
-            f"{symbol(name)}{abs(int(power)) if abs(power) > 1 else ''}"
-            for name, power in powers
-            if sign * power > 0
-        ]
-        for sign in (1, -1)
-    )
+    told = [(f"{symbol(name)}{abs(int(power)) if abs(power) > 1 else ''}", power) for name, power in powers]
+    above, below = ([text for text, power in told if sign * power > 0] for sign in (1, -1))
     under = f"({' '.join(below)})" if len(below) > 1 else "".join(below)
     return f"{' '.join(above) or '1'}{under and '/'}{under}".translate(str.maketrans("234", "²³⁴"))

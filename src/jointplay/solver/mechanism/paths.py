@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any, TypeVar, get_args
 
-from jointplay.display.errors import InputError, Problem, join, unknown
+from jointplay.display.errors import InputError, Problem, join, raise_any, unknown
 from jointplay.solver.mechanism.base import Record, is_number
 
 WITH_PARTS = ("links", "joints", "springs", "loads", "drive")
@@ -94,9 +94,7 @@ def _told_of(path: str, value: Any, problem: Problem) -> Problem:
 def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
     """The changes that are by path; `InputError` naming every path that leads nowhere."""
     by_path = {key: value for key, value in changes.items() if is_path(key)}
-    problems = [problem for key in by_path if (problem := part_at(record, key, key)[1])]
-    if problems:
-        raise InputError(problems)
+    raise_any(problem for key in by_path if (problem := part_at(record, key, key)[1]))
     return by_path
 
 

@@ -161,20 +161,14 @@ def _mass(key: str, link: Any, size: float, longest: float) -> Iterator[tuple[bo
         text = f"that is lighter than the air in a rod {link.length:g} m long and a {SLENDER}th as thick"
         long = link.length > LONG
         meant = in_millimetres(link.length) if long else _meant(link.mass, {"kg": 1.0}, light, heavy)
-        yield (
-            long,
-            Problem(
-                f"{key}.{'length' if long else 'mass'}", link.length if long else link.mass, text + meant
-            ),
-        )
+        place = f"{key}.{'length' if long else 'mass'}"
+        yield long, Problem(place, link.length if long else link.mass, text + meant)
     if link.mass > heavy:
         edge = f"{BULK} times as long, wide and high as {link.name}"
         edge = edge if BULK * size < longest else f"as long, wide and high as the longest link, {longest:g} m"
         text = f"that is heavier than a block of lead {edge}"
-        yield (
-            link.mass > STARRY * heavy,
-            Problem(f"{key}.mass", link.mass, text + _meant(link.mass, _MASSES, light, heavy)),
-        )
+        meant = _meant(link.mass, _MASSES, light, heavy)
+        yield link.mass > STARRY * heavy, Problem(f"{key}.mass", link.mass, text + meant)
 
 
 def _centre(key: str, link: Any, size: float) -> Iterator[tuple[bool, Problem]]:
@@ -206,10 +200,8 @@ def _unlike_its_shape(mechanism: Any) -> Iterator[Problem]:
         own = told["inertia_centre"] * link.mass / told["mass"]
         told |= {"inertia_centre": own, "inertia": own + link.mass * link.centre**2}
         for key, value in told.items():
-            given = getattr(link, key)
-            if given is not None and abs(given - value) > (
-                OFF * link.length if key == "centre" else UNLIKE * value
-            ):
+            given, near = getattr(link, key), OFF * link.length if key == "centre" else UNLIKE * value
+            if given is not None and abs(given - value) > near:
                 text = f"the shape of {link.name} gives {typed(value, 4)}; the number given beside it is used"
                 yield Problem(f"links[{i}].{key}", given, text)
 
@@ -238,9 +230,8 @@ def _meant(given: float, units: Mapping[str, float], least: float, most: float) 
 def _lengths(mechanism: Any) -> Iterator[Problem]:
     for key, value in _in(mechanism, "m"):
         if abs(value) > LONG and not key.endswith((".clearance", ".centre")):
-            yield Problem(
-                key, value, f"that is more than most linkages have ({LONG:g} m){in_millimetres(value)}"
-            )
+            text = f"that is more than most linkages have ({LONG:g} m){in_millimetres(value)}"
+            yield Problem(key, value, text)
 
 
 def _turned(mechanism: Any) -> Iterator[Problem]:
@@ -282,9 +273,8 @@ def _fast(drive: Any) -> Iterator[Problem]:
     for key, value in _in(drive, "rad/s", "drive"):
         rounded = abs(value) >= BRISK and value % ROUND == 0
         if (abs(value) > FAST or rounded) and not key.endswith("frequency"):
-            yield _in_rpm(
-                key, value, "faster than most cranks turn" if abs(value) > FAST else "a brisk speed"
-            )
+            why = "faster than most cranks turn" if abs(value) > FAST else "a brisk speed"
+            yield _in_rpm(key, value, why)
 
 
 def _in_rpm(key: str, speed: float, why: str) -> Problem:

@@ -23,7 +23,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 
 from jointplay.display.accepted import from_pydantic
-from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.display.errors import InputError, Problem, raise_any, strangers, unknown
 from jointplay.display.number_text import measure
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism import plausible
@@ -186,8 +186,7 @@ class Mechanism(Record):
     @staticmethod
     def _part(parts: tuple[Any, ...], name: str, what: str) -> Any:
         named = {part.name: part for part in parts}
-        if name not in named:
-            raise InputError([unknown(what, name, name, named, what)])
+        raise_any(strangers([(what, name)], named, what))
         return named[name]
 
     @checked()
@@ -492,9 +491,7 @@ class Draft:
     def _strange_guesses(self) -> Iterator[Problem]:
         slides = [name for name, joint in self.joints if joint is None or joint.prismatic]
         known = [*self.names, *(name for name in slides if isinstance(name, str))]
-        for name in self.guess:
-            if name not in known:
-                yield unknown(f"guess.{name}", name, name, known, "link or prismatic joint")
+        return strangers(((f"guess.{name}", name) for name in self.guess), known, "link or prismatic joint")
 
     def _loose_links(self, joints: Sequence[Joint]) -> Iterator[Problem]:
         connected, before = {GROUND}, set()

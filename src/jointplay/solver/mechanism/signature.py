@@ -29,7 +29,7 @@ from pydantic import ConfigDict, create_model
 from typing_extensions import get_original_bases, is_typeddict
 
 from jointplay.display.accepted import with_parameters
-from jointplay.display.errors import InputError, Problem, also_known
+from jointplay.display.errors import InputError, Problem, also_known, raise_any
 from jointplay.solver.mechanism.base import Record
 
 P = ParamSpec("P")
@@ -125,8 +125,7 @@ def checked(
             again = [
                 rule for rule in rules if not isinstance(rule, str) and _names(rule).keys() & more.keys()
             ]
-            if problems := problems + _Shared(arguments.given | more, shared).told(again):
-                raise InputError(problems)
+            raise_any(problems + _Shared(arguments.given | more, shared).told(again))
             given = arguments.given | {name: arguments[name] for name in taken} | more
             by_place = [given.pop(name) for name in alone]
             if not open_ended:

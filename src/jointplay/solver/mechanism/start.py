@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jointplay.display.errors import NOTHING, InputError, Problem, refuse
+from jointplay.display.errors import NOTHING, Problem, raise_any, refuse
 from jointplay.display.number_text import typed
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import LAWS
@@ -44,11 +44,8 @@ def start(mechanism: Mechanism, initial: Any, forest: Forest | None = None) -> S
     initial = {} if initial is None else initial
     closed = bool((forest or Forest.of(mechanism)).cuts)
     if not isinstance(initial, Mapping):
-        raise refuse(
-            initial,
-            "a table of crank_angle and crank_speed, or of angle and angular_velocity by link, is accepted",
-            "initial",
-        )
+        told = "a table of crank_angle and crank_speed, or of angle and angular_velocity by link, is accepted"
+        raise refuse(initial, told, "initial")
     known = IDEAL if closed else (*IDEAL, *WRITTEN_OUT)
     why = ": in ideal loops links determine each other" if closed else ""
     accepted = f"keys {', '.join(known)} are accepted{why}"
@@ -58,8 +55,7 @@ def start(mechanism: Mechanism, initial: Any, forest: Forest | None = None) -> S
         if initial.get(key) is not None and not _same(initial[key], value):
             accepted = f"{value!r}, the mechanism's own, is accepted here"
             problems.append(Problem(f"initial.{key}", initial[key], accepted))
-    if problems:
-        raise InputError(problems, "initial")
+    raise_any(problems, "initial")
     if not initial.keys().isdisjoint(WRITTEN_OUT):
         return placed(mechanism, *_written_out(mechanism, initial))
     return ideal_state(mechanism, **{k: own.get(k, v) for k, v in initial.items() if v is not None})
@@ -95,8 +91,7 @@ def _written_out(mechanism: Mechanism, initial: Mapping[str, Any]) -> tuple[Any,
     if not problems and imposed is not None and not _same(given[1][drive.link], imposed):
         accepted = f"{typed(imposed, 0)}, at which its drive starts, is accepted"
         problems = [Problem(f"initial.angular_velocity.{drive.link}", given[1][drive.link], accepted)]
-    if problems:
-        raise InputError(problems, "initial")
+    raise_any(problems, "initial")
     return given[0], given[1] if imposed is None else dict(given[1]) | {drive.link: imposed}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from jointplay.display.errors import InputError, Problem
+from jointplay.display.errors import Problem, raise_any
 from jointplay.solver.equations.structure import CORNERS, Beam, Clearance, Closure, Linkage, Pin, Slide
 from jointplay.solver.mechanism.base import DOWNWARDS
 from jointplay.solver.mechanism.loops.dyads import Unknown
@@ -65,8 +65,7 @@ def linkage(
         fed=getattr(mechanism.drive, "fed", ()),
     )
     stretched = stretch.problems(mechanism, forest, structure.beams, structure.order)
-    if problems := [*_unwound(mechanism, structure), *stretched]:
-        raise InputError(problems, "mechanism")
+    raise_any([*_unwound(mechanism, structure), *stretched], "mechanism")
     return structure
 
 

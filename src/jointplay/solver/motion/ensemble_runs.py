@@ -139,10 +139,8 @@ def _in_lanes(pairs: list[tuple[Model, Request]], given: Sequence[Tangent] = ())
     derivatives = _variations(models[0]) if given else None
     functions = _at_events(models[0])
     run, parts = cache.method(name).flow, _parts(misses)
-    work, width = (
-        scratch(models[0].structure, more=1),
-        len(row(run_of(*pairs[0])[0])),
-    )  # a row for the section
+    work = scratch(models[0].structure, more=1)  # a row for the section
+    width = len(row(run_of(*pairs[0])[0]))
     log = memory.shared_log(LOG_ROWS, width)
     runs = [run_of(*pair, log) for pair in pairs]
     kinds = zip((WORK, TRAJECTORY, OPTIONS), ([work], *zip(*runs, strict=True)), strict=True)

@@ -12,12 +12,12 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
-from jointplay.display.terminal import requested_progress
+from jointplay.display.terminal import held, requested_progress
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -76,13 +76,10 @@ def reported(analysis: Callable[P, T]) -> Callable[P, T]:
             if not callable(told):  # None, or what the analysis refuses
                 return analysis(*arguments, progress=told, **keywords)
             tell = Reporter(told)
-            before = _reporter.set(tell)
-            try:
+            with held(_reporter, tell):
                 result = analysis(*arguments, progress=tell, **keywords)
                 tell(1.0)
                 return result
-            finally:
-                _reporter.reset(before)
 
     return call
 
@@ -126,24 +123,14 @@ def ticked(passes: Iterable[T]) -> Iterator[T]:
         yield each
 
 
-@contextmanager
-def limited(seconds: float) -> Iterator[None]:
-    """Let the block have so many seconds of the processor: it ends as `OutOfTime` at the next `tick`."""
-    before = _end.set(time.thread_time() + seconds)
-    try:
-        yield
-    finally:
-        _end.reset(before)
+def limited(seconds: float) -> AbstractContextManager[None]:
+    """Let a block have so many seconds of the processor: it ends as `OutOfTime` at the next `tick`."""
+    return held(_end, time.thread_time() + seconds)
 
 
-@contextmanager
-def heard(listener: Callable[[float, str], None]) -> Iterator[None]:
+def heard(listener: Callable[[float, str], None]) -> AbstractContextManager[None]:
     """Have a function called with what the block says of where it `stands`."""
-    before = _listener.set(listener)
-    try:
-        yield
-    finally:
-        _listener.reset(before)
+    return held(_listener, listener)
 
 
 def stands(fraction: float, place: str) -> None:

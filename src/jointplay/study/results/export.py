@@ -13,7 +13,7 @@ import xarray as xr
 
 from jointplay.display import codes
 from jointplay.display.codes import coded
-from jointplay.display.errors import NOTHING, InputError, of_a_result, refuse, unknown, warn
+from jointplay.display.errors import NOTHING, of_a_result, raise_any, refuse, strangers, warn
 from jointplay.jobs.files import replaced
 from jointplay.solver.mechanism.base import accepts
 from jointplay.solver.mechanism.signature import checked
@@ -63,8 +63,7 @@ def export(
         raise refuse(str(path), accepted, "--out")
     over = [over] if isinstance(over, str) else over
     known = [str(dim) for dim in dataset.dims]
-    if wrong := [unknown("--over", dim, dim, known, "dimension") for dim in over or () if dim not in known]:
-        raise InputError(wrong)
+    raise_any(strangers((("--over", dim) for dim in over or ()), known, "dimension"))
     check_writable(path.parent, files=[path.name])
     with of_a_result(dataset):
         content = FORMS[path.suffix](dataset, over)

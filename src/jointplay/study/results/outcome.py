@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jointplay.analysis.labels import xr
 from jointplay.display import codes
 from jointplay.display.errors import NOTHING, refuse
 from jointplay.jobs.files import replaced
 from jointplay.kinds import KINDS
 from jointplay.solver.method.codes import Status
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 SHOWN = 8  # cells named
 
 
 def name_of(dataset: xr.Dataset) -> str:
     """The status of a result by name, such as ``ok`` or ``step_limit``; `InputError` where it has not one."""
-    import xarray as xr
-
     status = dataset.get("status", xr.DataArray())
     try:
         return codes.flags(status)[status.item()]

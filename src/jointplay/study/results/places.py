@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from jointplay.analysis.labels import xr
 from jointplay.display.errors import NOTHING, InputError, Problem, refuse
 from jointplay.solver.mechanism.loops.positions import gap, origins
 from jointplay.solver.mechanism.records import Mechanism
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 APART = 1e-3  # of the longest link: where joints miss by more, the motion is another mechanism's
 
@@ -55,14 +51,11 @@ def places(mechanism: Mechanism, motion: xr.Dataset) -> xr.Dataset:
             f"the mechanism that moved like this is accepted; joints of this one are {missed:.3g} m apart"
         )
         raise refuse(mechanism.name, expected, "mechanism")
-    variables = {
-        f"origin_{axis}": (
-            ("time", "link"),
-            np.stack([found[name][:, k] for name in names], 1),
-            {"units": "m", "long_name": f"origin of a link, {axis}"},
-        )
-        for k, axis in enumerate("xy")
-    }
+    variables = {}
+    for k, axis in enumerate("xy"):
+        values = np.stack([found[name][:, k] for name in names], 1)
+        told = {"units": "m", "long_name": f"origin of a link, {axis}"}
+        variables[f"origin_{axis}"] = (("time", "link"), values, told)
     return motion.sel(link=names).assign(variables)
 
 

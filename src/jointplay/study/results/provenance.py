@@ -7,14 +7,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from jointplay.analysis.labels import xr
 from jointplay.display.errors import sealed
 from jointplay.jobs.origin import environment, git_describe, processor, version
 from jointplay.solver.codegen import cache
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SCHEMA_VERSION = 1
 

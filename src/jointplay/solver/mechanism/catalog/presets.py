@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from jointplay.display.errors import InputError, unknown
+from jointplay.display.errors import raise_any, unknown
 from jointplay.display.number_text import typed
 from jointplay.solver.mechanism.base import (
     LONGEST,
@@ -56,14 +56,12 @@ INERTIA = {"crank": 1e-5, "rod": 2.5e-4, "slider": 1e-5}
 
 def _by_link(tables: Mapping[str, tuple[Mapping[str, float] | None, _Numbers]]) -> list[_Numbers]:
     """Numbers by link: the given ones, others as usual."""
-    strange = [
+    raise_any(
         unknown(f"{key}.{name}", given[name], name, usual, "link")
         for key, (given, usual) in tables.items()
         for name in given or {}
         if name not in usual
-    ]
-    if strange:
-        raise InputError(strange)
+    )
     return [usual | dict(given or {}) for given, usual in tables.values()]
 
 

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jointplay.display.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, refuse, unknown
 from jointplay.solver.mechanism.base import ANGLE, FAR, GROUND, is_number
 from jointplay.solver.mechanism.loops.dyads import decompose
 from jointplay.solver.mechanism.loops.four_bar import BRANCHES, Branch, find_four_bar
@@ -110,11 +110,8 @@ class Closure:
 
     def slide(self, x: np.ndarray, joint: Joint) -> tuple[float, np.ndarray]:
         """Position of a slider along its guide, m, and its derivative."""
-        (P, dP), (Q, dQ), (b, db) = (
-            self.pin(x, joint.journal),
-            self.pin(x, joint.bearing),
-            self.line(x, joint.bearing),
-        )
+        (P, dP), (Q, dQ) = (self.pin(x, pin) for pin in (joint.journal, joint.bearing))
+        b, db = self.line(x, joint.bearing)
         d, n = np.array([math.cos(b), math.sin(b)]), np.array([-math.sin(b), math.cos(b)])
         return float(d @ (P - Q)), d @ (dP - dQ) + (n @ (P - Q)) * db
 
@@ -229,8 +226,7 @@ def _check(crank_angle: Any, crank_speed: Any, branch: Any) -> None:
         problems.append(Problem("crank_speed", crank_speed, "a finite speed in rad/s is accepted"))
     if branch not in BRANCHES:
         problems.append(unknown("branch", branch, branch, BRANCHES, "branch"))
-    if problems:
-        raise InputError(problems)
+    raise_any(problems)
 
 
 def ideal_configuration(mechanism: Mechanism, crank_angle: float, crank_speed: float) -> State:

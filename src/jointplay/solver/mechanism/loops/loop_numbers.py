@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from jointplay.display.errors import InputError, Problem
+from jointplay.display.errors import Problem, raise_any
 from jointplay.solver.equations.structure import CORNERS, Linkage
 from jointplay.solver.mechanism.loops.dyads import Unknown
 from jointplay.solver.mechanism.loops.ideal import State
@@ -89,8 +89,7 @@ def _branch(
     if not angles:
         return {f"{word}_{name}": 0.0 for word in ("one", "two", "side")}
     own = slides and _turns_with(forest.slides[slides[0]], angles[0], forest)
-    if short := [k for k in angles if not own and k not in vector.arms]:
-        raise InputError([_one_point(k) for k in short], "mechanism")
+    raise_any((_one_point(k) for k in angles if not own and k not in vector.arms), "mechanism")
     arms = {k: vector.arms.get(k, 0.0) * cmath.rect(1.0, bases.state.angles[k]) for k in vector.arms}
     if len(angles) == 2:
         one, two = (arms[k] for k in angles)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Container
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from jointplay.display.errors import InputError, Problem, refuse
+from jointplay.display.errors import Problem, raise_any, refuse
 from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.equations.own.written import Oscillator
 from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
@@ -40,7 +41,8 @@ def model(system: System, initial: Any = None, section: str | None = None) -> Mo
     structure = system.structure(section)
     module, numbers = cache.structure_module(structure), system.numbers
     names = (*structure.positions, *structure.speeds)
-    state = _state(system.initial if initial is None else initial, names)
+    expected = f"{len(names)} finite numbers ({', '.join(names)}) are accepted"
+    state = finite_numbers(system.initial if initial is None else initial, [len(names)], expected)
     given = _given(module, numbers, state)
     if system.modes and not in_one_mode(system.modes, dict(zip(names, state, strict=True))):
         raise refuse(state.tolist(), one_mode(system.modes), "initial")
@@ -74,13 +76,13 @@ def _given(module: ModuleType, numbers: dict[str, float], state: np.ndarray) -> 
     return values | {"t": 0.0} | dict(zip(module.STATE[1:], state, strict=True))
 
 
-def _state(initial: Any, names: tuple[str, ...]) -> np.ndarray:
-    expected = f"{len(names)} finite numbers ({', '.join(names)}) are accepted"
+def finite_numbers(initial: Any, counts: Container[int], expected: str) -> np.ndarray:
+    """A start as a vector of one of these lengths; refused where it is none of finite numbers."""
     try:
         state = np.array(initial, dtype=float)
     except (TypeError, ValueError, OverflowError):
         raise refuse(initial, expected, "initial") from None
-    if state.shape != (len(names),) or not np.all(np.isfinite(state)):
+    if state.ndim != 1 or len(state) not in counts or not np.all(np.isfinite(state)):
         raise refuse(initial, expected, "initial")
     return state
 
@@ -94,13 +96,11 @@ def _check_gaps(
         True: "a position on the inner side of the {} wall",
         False: "a state with the guard of {} above 0",
     }
-    problems = [
+    raise_any(
         Problem("initial", state.tolist(), f"{accepted[name in walls].format(name)} is accepted")
         for name, gap in _gaps(module, given).items()
         if gap < -PLAY
-    ]
-    if problems:
-        raise InputError(problems)
+    )
 
 
 def _gaps(module: ModuleType, given: dict[str, float]) -> dict[str, float]:

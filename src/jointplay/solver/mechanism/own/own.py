@@ -7,7 +7,7 @@ from typing import Any, Self
 
 from pydantic import model_validator
 
-from jointplay.display.errors import InputError, refuse, unknown
+from jointplay.display.errors import raise_any, refuse, strangers, unknown
 from jointplay.display.number_text import plain
 from jointplay.solver.extensions import Table
 from jointplay.solver.mechanism.measures import in_si
@@ -64,8 +64,7 @@ class System(Equations):
 
     @model_validator(mode="after")
     def _well_posed(self) -> Self:
-        if found := problems(self):
-            raise InputError(found)
+        raise_any(problems(self))
         return self
 
     @checked()
@@ -88,8 +87,7 @@ class System(Equations):
             record = self._of_the_catalog(changes)
         else:
             known = self.parameters
-            if wrong := [unknown(k, v, k, known, "parameter") for k, v in changes.items() if k not in known]:
-                raise InputError(wrong)
+            raise_any(unknown(k, v, k, known, "parameter") for k, v in changes.items() if k not in known)
             values = in_si(changes, {key: self.units.get(key, "1") for key in changes})
             record = System(**dict(self) | {"parameters": self.parameters | values})
         return record if initial is None else System(**dict(record) | {"states": record._started(initial)})
@@ -109,8 +107,7 @@ class System(Equations):
         return self.model_copy(update={"parameters": parameters, "states": states})
 
     def _of_the_catalog(self, changes: dict[str, Any]) -> System:
-        if self.system not in CATALOG:
-            raise InputError([unknown("system", self.system, self.system, CATALOG, "system of the catalog")])
+        raise_any(strangers([("system", self.system)], CATALOG, "system of the catalog"))
         return CATALOG[self.system](**self.parameters | changes)
 
     def _started(self, initial: Any) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from typing import Any, Self
 
 from pydantic import Field, model_validator
 
-from jointplay.display.errors import InputError, join
+from jointplay.display.errors import InputError, join, raise_any
 from jointplay.solver.equations.own import written
 from jointplay.solver.equations.own.grammar import number, parse
 from jointplay.solver.mechanism.base import Few, Flag, Name, Number, Positive, Record
@@ -64,8 +64,7 @@ class Equations(Record):
                 if unit:
                     units[key] = unit
                     found[table] = {**found[table], key: value}
-        if problems:
-            raise InputError(problems)
+        raise_any(problems)
         own = data.get("units", {})
         return found | ({"units": units | dict(own)} if units and isinstance(own, Mapping) else {})
 

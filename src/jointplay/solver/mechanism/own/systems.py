@@ -140,10 +140,8 @@ def bouncing_ball(acceleration: Positive, restitution: _Restitution) -> System:
     start = {"y": 0.01 + height, "v": (bounce - math.pi) / acceleration}
     jump = {"v": "-restitution*v + (1 + restitution)*cos(t)"}
     table = ({"name": "table", "gap": "y - sin(t)", "jump": jump},)
-    rates, numbers = (
-        {"y": "v", "v": "-1/acceleration"},
-        {"acceleration": acceleration, "restitution": restitution},
-    )
+    rates = {"y": "v", "v": "-1/acceleration"}
+    numbers = {"acceleration": acceleration, "restitution": restitution}
     return _system("bouncing_ball", numbers, start, rates=rates, forcing=_TAU, impacts=table)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.display.errors import NOTHING, InputError, Problem, join, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, join, strangers, unknown
 from jointplay.solver.equations.own.grammar import (
     CONSTANTS,
     FUNCTIONS,
@@ -154,9 +154,8 @@ def _missing(system: Equations) -> Iterator[Problem]:
     tables: dict[str, Any] = {"rates": system.states, "mass": system.states}
     tables |= {"scales": {**system.states, "t": 0}, "units": {**system.states, **system.parameters}}
     for table, known in tables.items():
-        for name in getattr(system, table):
-            if name not in known:
-                yield unknown(join(table, name), name, name, known, "state" if table != "units" else "name")
+        named = ((join(table, name), name) for name in getattr(system, table))
+        yield from strangers(named, known, "state" if table != "units" else "name")
 
 
 def _texts(system: Equations) -> Iterator[tuple[str, str, Collection[str]]]:
@@ -258,16 +257,12 @@ def _parts(system: Equations) -> Iterator[Problem]:
         if not each.jump:
             yield Problem(f"jumps[{i}].jump", {}, "a table of new values of at least one state is accepted")
     for name, row in system.mass.items():
-        for key in (name, *row):
-            if key not in speeds:
-                yield unknown(f"mass.{name}", key, key, speeds, "state that is no position")
+        own = ((f"mass.{name}", key) for key in (name, *row))
+        yield from strangers(own, speeds, "state that is no position")
         for key in row.keys() & {*system.mass} - {name}:
             if name in system.mass[key]:
-                yield Problem(
-                    f"mass.{name}.{key}",
-                    row[key],
-                    f"this entry stands in mass.{key}.{name} too: one of them is accepted",
-                )
+                accepted = f"this entry stands in mass.{key}.{name} too: one of them is accepted"
+                yield Problem(f"mass.{name}.{key}", row[key], accepted)
 
 
 def _sliding(system: Equations) -> Iterator[Problem]:
@@ -295,9 +290,7 @@ def _fixed(key: str, text: str, moving: Collection[str], what: str) -> Iterator[
 
 
 def _unjumping(key: str, jump: Mapping[str, str], known: Collection[str], what: str) -> Iterator[Problem]:
-    for name in jump:
-        if name not in known:
-            yield unknown(join(key, name), name, name, known, what)
+    return strangers(((join(key, name), name) for name in jump), known, what)
 
 
 @lru_cache(maxsize=1000)
@@ -384,11 +377,8 @@ def _singular(system: Equations, here: _Here) -> Iterator[Problem]:
         matrix[i, j] = matrix[j, i] = here(text)
     values = np.linalg.eigvalsh(matrix)
     if not values[0] > 1e-12 * max(abs(values[-1]), 1e-300):
-        yield Problem(
-            "mass",
-            system.mass,
-            f"a positive definite matrix is accepted; its least eigenvalue is {values[0]:.3g}",
-        )
+        accepted = f"a positive definite matrix is accepted; its least eigenvalue is {values[0]:.3g}"
+        yield Problem("mass", system.mass, accepted)
 
 
 def _restitution(key: str, text: str | None, here: _Here) -> Iterator[Problem]:

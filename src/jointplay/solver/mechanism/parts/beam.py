@@ -32,7 +32,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from jointplay.display.errors import NOTHING, InputError, Problem, refuse
+from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, refuse
 from jointplay.display.number_text import measure, plain
 from jointplay.solver.mechanism.base import (
     GROUND,
@@ -475,8 +475,7 @@ class Link(Record):
 
     @model_validator(mode="after")
     def _bends_as_a_beam_can(self) -> Self:
-        if self.elastic and (problems := bending_problems(self)):
-            raise InputError(problems)
+        raise_any(bending_problems(self) if self.elastic else ())
         return self
 
     def _stated(self, changed: Mapping[str, Any] = {}) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from jointplay.display.errors import NOTHING, InputError, Problem
+from jointplay.display.errors import NOTHING, Problem, raise_any
 from jointplay.display.number_text import measure
 from jointplay.solver.equations import structure
 from jointplay.solver.mechanism.base import Few, Number, Positive, Record, measured
@@ -130,8 +130,7 @@ class Course(Record):
 
     @model_validator(mode="after")
     def _one_course(self) -> Self:
-        if problems := [*self._forms(), *self._phase_problems()]:
-            raise InputError(problems)
+        raise_any([*self._forms(), *self._phase_problems()])
         return self
 
     def _forms(self) -> Iterator[Problem]:

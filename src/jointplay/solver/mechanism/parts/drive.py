@@ -13,7 +13,7 @@ from typing import Annotated, ClassVar, Literal, Self, get_args
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from jointplay.display.errors import NOTHING, InputError, Problem, join, refuse, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, join, raise_any, refuse, unknown
 from jointplay.display.number_text import measure, plain
 from jointplay.solver.equations.drives import NAMES
 from jointplay.solver.equations.own.grammar import (
@@ -99,8 +99,7 @@ class Servo(Course):
         if not self.nominal_speed:
             accepted = "a finite speed in rad/s other than 0 is accepted"
             problems.append(Problem("nominal_speed", self.nominal_speed, accepted))
-        if problems:
-            raise InputError(problems)
+        raise_any(problems)
         return self
 
     def _forms(self) -> Iterator[Problem]:

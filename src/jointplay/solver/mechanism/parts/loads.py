@@ -6,7 +6,7 @@ Springs with dampers between links, or between a link and the ground.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, create_model, model_validator
 
@@ -155,6 +155,14 @@ class Torque(_Load):
 AnyLoad = Annotated[Force | Torque, Field(discriminator="kind")]
 
 
+def _apart(spring: Any) -> Any:
+    first, second = spring.links
+    if first == second:
+        key = "to" if spring.twists else "to.link"
+        raise refuse(second, "a link other than that of the other end is accepted", key)
+    return spring
+
+
 class Spring(_Points):
     """A straight spring with a damper between two points: F = k (L − L₀) + c L', pulling them together.
 
@@ -182,9 +190,7 @@ class Spring(_Points):
     damping: NonNegative = measured("damping", "N s/m", 0.0)
     free_length: NonNegative = measured("free length", "m")
 
-    @model_validator(mode="after")
-    def _two_links(self) -> Self:
-        return _apart(self)
+    _two_links = model_validator(mode="after")(_apart)
 
     @property
     def pins(self) -> dict[str, Pin]:
@@ -240,9 +246,7 @@ class TorsionSpring(_Links):
     damping: NonNegative = measured("damping", "N m s/rad", 0.0)
     angle: Angle = measured("free angle", "rad", 0.0)
 
-    @model_validator(mode="after")
-    def _two_links(self) -> Self:
-        return _apart(self)
+    _two_links = model_validator(mode="after")(_apart)
 
     @property
     def links(self) -> tuple[str, str]:
@@ -260,14 +264,6 @@ class TorsionSpring(_Links):
         damper = f", {measure(self.damping, 'N m s/rad')}" if self.damping else ""
         ends, angle = " against ".join(self.links), measure(self.angle, "rad")
         return f"torsion, {ends}, {measure(self.stiffness, 'N m/rad')}{damper}, free at {angle}"
-
-
-def _apart(spring: Any) -> Any:
-    first, second = spring.links
-    if first == second:
-        key = "to" if spring.twists else "to.link"
-        raise refuse(second, "a link other than that of the other end is accepted", key)
-    return spring
 
 
 def kind_of(default: str) -> BeforeValidator:
