@@ -77,8 +77,8 @@ def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
     dict
         A changed copy; `InputError` naming every change that does not fit.
     """
-    raise_any(problems := too_deep(table))
-    table = deepcopy(table)
+    raise_any(too_deep(table))
+    table, problems = deepcopy(table), []
     for change in changes:
         path, equals, value = change.partition("=")
         steps = _of_the_catalog(table, _steps(path.strip()))

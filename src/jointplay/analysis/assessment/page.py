@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -307,14 +307,19 @@ def _to_do(dataset: Dataset) -> list[str]:
             continue
         looked += [(key, side) for side in SIDES]
         notes += [note for side in SIDES for note in _beyond(dataset, key, side)]
-    away = np.abs(np.log(dataset["grade_change_ratio"].sel(place="after")))
-    looked.sort(key=lambda at: float(away.sel(parameter=at[0], side=at[1]).fillna(np.inf)))
-    rows += [_grade_change(dataset, *at) for at in looked]
+    ratio = dataset["grade_change_ratio"].sel(place="after")
+    rows += [_grade_change(dataset, *at) for at in _nearest_first(looked, ratio)]
     if coarse := [word for word in ("about", NOT_MET) if any(word in row[1] for row in rows)]:
         words = COARSE.format(", ".join(coarse), dataset.sizes["value"])
         notes.append(f"{words}; a narrow range with another grade may lie nearer")
     lines = ["What to do", *(_table(rows) if len(rows) > 1 else []), *(f"  {note}" for note in notes)]
     return [*lines, f"  {_helps(dataset)}"]
+
+
+def _nearest_first(sides: Iterable[tuple[str, str]], ratio: DataArray) -> list[tuple[str, str]]:
+    """Parameters and sides by the distance of a change there; last where there is none."""
+    away = np.abs(np.log(ratio)).fillna(np.inf)
+    return sorted(sides, key=lambda at: float(away.sel(parameter=at[0], side=at[1])))
 
 
 def _grade_change(dataset: Dataset, key: str, side: str) -> tuple[str, ...]:
@@ -376,10 +381,10 @@ def _helps(dataset: Dataset) -> str:
         found[words.format(one["parameter_name"].values, share=share)] = largest(ratio)
     if not (found := {words: ratio for words, ratio in found.items() if math.isfinite(ratio)}):
         return "Single changes: not looked at"
-    best = min(found, key=found.__getitem__)
-    tried = "; ".join(f"{words}: {plain(found[words], 3)}" for words in sorted(found, key=found.__getitem__))
     if now < ALIKE:
         return "Forces are those of ideal joints: there is nothing to lower"
+    best, *_ = order = sorted(found, key=found.__getitem__)
+    tried = "; ".join(f"{words}: {plain(found[words], 3)}" for words in order)
     if found[best] > HELPS * now:
         return f"None of these single changes lowers the largest force ({plain(now, 3)} times ideal; {tried})"
     lower = f"from {plain(now, 3)} to {plain(found[best], 3)} times that of ideal joints"
@@ -439,10 +444,8 @@ def _forces(dataset: Dataset) -> list[str]:
         loose = float(one["clearance"]) > 0
         clearance = measure(float(one["clearance"]), "m", 4) if loose else "ideal"
         rows.append((name, clearance, *pairs, plain(float(one["force_ratio"]), 3)))
-    error = (
-        "numerical error" if float(dataset["period"]) > 0 else "numerical error, and scatter between turns"
-    )
-    return [f"Largest joint forces (\N{PLUS-MINUS SIGN}: {error})", *_table(rows)]
+    scatter = "" if float(dataset["period"]) > 0 else ", and scatter between turns"
+    return [f"Largest joint forces (\N{PLUS-MINUS SIGN}: numerical error{scatter})", *_table(rows)]
 
 
 def _contacts(dataset: Dataset) -> list[str]:
@@ -477,7 +480,8 @@ def _changes(dataset: Dataset) -> list[str]:
     lines = ["Where the motion changes, outward from the present value of one parameter at a time"]
     lines += [f"  {_limits(dataset)}."] if _grade(dataset) != UNKNOWN else []
     keys = [str(key) for key in dataset["parameter"].values]
-    rows = [row for name in map(str, dataset["change"].values) for row in _met(dataset, keys, name)]
+    sides = list(itertools.product(keys, SIDES))
+    rows = [row for name in map(str, dataset["change"].values) for row in _met(dataset, sides, name)]
     lines += _table([("", "at", "away", "between motions at", "found by"), *rows]) if rows else []
     for key in keys:
         one, notes = dataset.sel(parameter=key), []
@@ -529,19 +533,16 @@ def _windows(dataset: Dataset, key: str, side: str) -> Iterator[str]:
         yield f"{side}: {known}; others may have been missed"
 
 
-def _met(dataset: Dataset, keys: Sequence[str], name: str) -> list[tuple[str, ...]]:
+def _met(dataset: Dataset, sides: Sequence[tuple[str, str]], name: str) -> Iterator[tuple[str, ...]]:
     """Rows on where a change was found, the nearest first."""
-    rows = []
-    for key, side in itertools.product(keys, SIDES):
+    for key, side in _nearest_first(sides, dataset["edge_ratio"].sel(change=name)):
         found = dataset.sel(parameter=key, side=side, change=name)
         how, place = _of(found["found_by"]), f"{found['parameter_name'].values}, {side}"
-        if how != NOT_MET.replace(" ", "_"):
+        if how != "not_met":
             kind = FOUND.get(how, how.replace("_", " "))
             if math.isfinite(back := float(found["return_ratio"])):
                 kind += f"; back to the present behaviour at {_value(dataset, key, back, 4)}"
-            row = f"{_words(dataset, name, how)}: {place}", *_place(dataset, key, found), kind
-            rows.append((abs(math.log(float(found["edge_ratio"]))), row))
-    return [row for _, row in sorted(rows, key=lambda each: each[0])]
+            yield f"{_words(dataset, name, how)}: {place}", *_place(dataset, key, found), kind
 
 
 def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Self, TypeVar
 from pydantic import ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from jointplay.display.accepted import article, from_pydantic
-from jointplay.display.errors import NOTHING, InputError, Problem, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, strangers, unknown
 from jointplay.display.number_text import measure, plain, typed
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.quantity import ForceLaw, Quantity
@@ -100,8 +100,7 @@ class Friction(Record):
 
 def known_law(law: str, laws: Mapping[str, ForceLaw], kind: str) -> str:
     """A law's name; refused where there is no such law of its kind."""
-    if law not in laws:
-        raise InputError([unknown("", law, law, laws, kind)])
+    raise_any(strangers([("", law)], laws, kind))
     return law
 
 
@@ -113,8 +112,7 @@ def made_of(record: type[R], handler: Callable[[Any], R], data: Any, problems: l
         keys = {problem.key for problem in problems}  # what the law refuses is missing from the data
         own = from_pydantic(error, record).problems
         problems = [*(problem for problem in own if problem.key not in keys), *problems]
-    if problems:
-        raise InputError(problems)
+    raise_any(problems)
     return made
 
 
