@@ -7,6 +7,7 @@ longer one is drawn, so that an arrow says what no others say already.
 """
 
 import ast
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -30,6 +31,7 @@ def room(module: str) -> str:
     return "/".join(rest[:1] + inner) if rest else package
 
 
+@cache
 def arrows() -> set[tuple[str, str]]:
     """Pairs of rooms of which the first imports from the second, wherever in a file."""
     files = {

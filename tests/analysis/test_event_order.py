@@ -64,6 +64,7 @@ def test_soft_walls(gap, stiffness, ratio, tension, start, rtol):
     check_walls(found, gap / 2, K, C, tension, 1e-12 + 1e-2 * rtol)
 
 
+@pytest.mark.long
 @FEW
 @given(st.floats(0.0, 0.2), st.floats(0.05, 0.4), st.floats(0.4, 2.0), st.floats(0.01, 0.1), tolerances)
 def test_gear_flanks(load, amplitude, frequency, damping, rtol):

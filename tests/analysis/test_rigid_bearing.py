@@ -247,7 +247,9 @@ def test_tangents_through_impacts(friction):
     assert compared > (3 if friction else 5)  # friction leaves fewer flights
 
 
-@pytest.mark.parametrize("plain", [rigid(0.5), GUIDED], ids=["bearing", "guide"])
+@pytest.mark.parametrize(
+    "plain", [rigid(0.5), pytest.param(GUIDED, marks=pytest.mark.long)], ids=["bearing", "guide"]
+)
 def test_in_a_smaller_one_a_motion_goes_on_from_the_face(plain):
     """All is as where the other motion ended, but for the journals beyond the face, which lie on it."""
     found = jp.simulate(plain, turns=1, rtol=1e-9)

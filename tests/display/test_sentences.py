@@ -30,6 +30,7 @@ def samples():
     return {name: make for name, make in PICTURES.items() if name != "mechanism"}
 
 
+@pytest.mark.long
 def test_every_sentence_is_the_one_that_was_read():
     now, known = sentences.collected(samples()), KNOWN.read_text(encoding="utf-8")
     changes = "\n".join(unified_diff(known.splitlines(), now.splitlines(), "read", "now", n=0, lineterm=""))

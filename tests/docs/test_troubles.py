@@ -4,6 +4,8 @@ import ast
 import re
 from functools import cache
 
+import pytest
+
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.solver.method.codes import Status
 from jointplay.solver.motion.eligibility import ROUTES
@@ -52,6 +54,7 @@ def test_every_status_has_its_row_with_what_to_do():
     assert named("Derivatives in parameters") == list(VERDICTS)
 
 
+@pytest.mark.long
 def test_every_warning_has_its_row():
     warn = {file for file, call in calls() if isinstance(call.func, ast.Name) and call.func.id == "warn"}
     assert warn == set(WARNINGS)

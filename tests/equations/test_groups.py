@@ -165,7 +165,7 @@ def settling(model):
     return dict(zip(plain(model.structure).PARAMETERS, model.numbers, strict=True))["settling"]
 
 
-@pytest.mark.parametrize("speed", [0.5, 40.0])
+@pytest.mark.parametrize("speed", [pytest.param(0.5, marks=pytest.mark.long), 40.0])
 def test_after_a_turn_nothing_is_left_of_what_memories_began_with(speed):
     """As slow or fast as it turns, since time has no other unit."""
     model = assemble(SCENES["bars"]().replace(drive=None), {"crank_angle": 0.4, "crank_speed": speed})

@@ -55,7 +55,12 @@ def kept(text, out, jobs=1, backend="loky", **options):
 
 @pytest.mark.parametrize(
     ("name", "jobs", "backend"),
-    [("plane", 1, "loky"), ("plane", 2, "loky"), ("plane", 2, "threading"), ("field", 1, "loky")],
+    [
+        ("plane", 1, "loky"),
+        pytest.param("plane", 2, "loky", marks=pytest.mark.long),
+        ("plane", 2, "threading"),
+        ("field", 1, "loky"),
+    ],
 )
 def test_kept_cells_give_what_the_analysis_gives(name, jobs, backend, tmp_path):
     found = kept(STUDIES[name], tmp_path, jobs, backend)

@@ -126,7 +126,7 @@ def begun(share, go):
     return {"status": 0 if go.exists() else 1}
 
 
-@pytest.mark.parametrize("n_jobs", [1, 2])
+@pytest.mark.parametrize("n_jobs", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_what_is_done_of_cells_that_are_not_finished_is_part_of_the_progress(n_jobs, tmp_path):
     told, go = [], tmp_path / "go"
 

@@ -44,6 +44,7 @@ def test_what_is_left_out_is_as_in_the_function():
     assert "single turns after 0, 20 turns" in record.summary()
 
 
+@pytest.mark.long
 def test_a_study_runs():
     found = run.run(Loaded(validate(parse(SCHEME)), SCHEME))
     assert found.attrs["study"] == "small"

@@ -108,6 +108,7 @@ def test_the_journal_lies_as_drawn(cases):
         assert (inside | {"deep": r > clearance})[case.start], case.number
 
 
+@pytest.mark.long
 def test_special_places_are_special(cases):
     for case in cases:
         crank, coupler, rocker = (case.initial["angle"][name] for name in ("crank", "coupler", "rocker"))

@@ -68,6 +68,7 @@ def test_one_turn_whose_passes_do_not_agree_shows_in_the_status(ideal):
     assert found.status == 4
 
 
+@pytest.mark.long
 def test_the_first_pass_is_the_rigid_motion():
     found = jp.waveform(LOOSE, step=2e-5, passes=1)
     model = assemble(RIGID)

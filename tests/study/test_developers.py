@@ -121,7 +121,7 @@ def test_it_runs_is_drawn_and_drawn_again(study, returns, tmp_path, capsys):
     assert (tmp_path / "returns.png").exists()
 
 
-@pytest.mark.parametrize("jobs", ["1", "2"])
+@pytest.mark.parametrize("jobs", ["1", pytest.param("2", marks=pytest.mark.long)])
 def test_it_is_swept_and_resumed(study, tmp_path, jobs, capsys):
     study.write_text(SWEEP)
     command = ["run", str(study), "--out", str(tmp_path), "--jobs", jobs]

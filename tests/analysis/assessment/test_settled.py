@@ -177,6 +177,7 @@ def test_contact_is_kept_again_where_there_is_a_period_and_not_where_its_loss_wa
     assert side.found["contact_loss"][-2] == 1.3
 
 
+@pytest.mark.long
 def test_forces_of_what_is_not_followed_to_its_end_are_a_status_and_a_word():
     linkage = jp.catalog.chunmei2002(clearance=2.9e-5)
     found = assessed(linkage, None, 1, replace(HOW, max_steps=5))

@@ -132,6 +132,7 @@ def test_a_turn_ends_where_it_began():
     assert time == pytest.approx(first + second, rel=1e-12)
 
 
+@pytest.mark.long
 def test_a_backward_crank():
     mechanism, _ = linkage()
     found = growth(mechanism.replace(speed=-80.0), turns=40, transient=20)

@@ -51,6 +51,7 @@ def test_sticking_loses_a_dimension():
     assert np.all(np.isfinite(found.lyapunov_standard_error[:5]))
 
 
+@pytest.mark.long
 def test_a_stable_orbit_on_which_a_bearing_rests_for_ever_is_stable():
     """Gap and rate neither grow nor shrink while it rests: of rounding, they would outlive what shrinks."""
     mechanism = four_bar(ConstantSpeed(link="crank", speed=50.0), 0.3, 0.1)

@@ -58,7 +58,7 @@ def test_derivatives_are_those_of_neighbours(restitution, friction, speed, durat
         assert driven.distance(other, exact, model) < 1e-6, key
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.8])
+@pytest.mark.parametrize("restitution", [pytest.param(0.0, marks=pytest.mark.long), 0.8])
 def test_the_error_that_is_told_is_met(restitution):
     """Over a turn, by differences of two motions."""
     mechanism, step = pinned(restitution, 0.0, 30.0), 1e-9

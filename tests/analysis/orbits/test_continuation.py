@@ -90,6 +90,7 @@ def test_multipliers_along_the_branch(impacts):
     assert np.all(along(found, 0, "residual") < 1e-8)
 
 
+@pytest.mark.long
 def test_the_branch_that_breaks_the_symmetry(impacts):
     """It leaves both ways; its two sides are each other's mirror images, half a period apart."""
     r, found = impacts

@@ -208,7 +208,7 @@ def test_a_wall_that_moves_in_takes_the_mass_along():
 LENGTHS = {
     "four-bar": (LINKAGE, "coupler", "B"),
     "crank": (catalog.slider_crank(clearance={"B": 1e-4}), "crank", "A"),
-    "guide": (catalog.slider_crank(clearance={"G": 1e-4}), "rod", "B"),
+    "guide": pytest.param(catalog.slider_crank(clearance={"G": 1e-4}), "rod", "B", marks=pytest.mark.long),
     "two": (catalog.chunmei2002(clearance={"A": 2e-5, "B": 2.9e-5}), "coupler", "B"),
 }
 

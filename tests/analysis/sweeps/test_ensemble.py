@@ -40,7 +40,8 @@ def apart(model, a, b):
 
 
 @pytest.mark.parametrize(
-    ("gear", "friction", "turns"), [(3.0, 0.01, 3), (15.0, 0.01, 1), (3.0, 0.3, 2), (15.0, 0.3, 1)]
+    ("gear", "friction", "turns"),
+    [pytest.param(3.0, 0.01, 3, marks=pytest.mark.long), (15.0, 0.01, 1), (3.0, 0.3, 2), (15.0, 0.3, 1)],
 )
 def test_events_ends_and_sections_are_those_of_one_trajectory(gear, friction, turns):
     scenes = [model(e, gear, friction) for e in np.geomspace(2.9e-5, 1e-4, 10)]
@@ -159,7 +160,7 @@ def test_closest_approaches_are_those_of_one_trajectory():
 
 
 @pytest.mark.parametrize("before", [False, True])
-@pytest.mark.parametrize("number", [92, 103, 110])
+@pytest.mark.parametrize("number", [pytest.param(92, marks=pytest.mark.long), 103, 110])
 def test_a_section_beside_a_closest_approach_changes_nothing(number, before):
     each = hard(number, "rigid")
     ask = Request(each.period, 1e-7, events=True, misses=True, log_from=-1.0)

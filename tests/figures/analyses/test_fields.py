@@ -83,6 +83,7 @@ def names(figure):
     return [text.get_text() for text in legend.get_texts()]
 
 
+@pytest.mark.long
 def test_every_neighbour_the_mean_and_the_fit_are_drawn():
     data = divergence()
     figure = figures.draw(data)

@@ -67,7 +67,9 @@ def test_what_is_not_known_is_shaded_and_said():
     assert "no second" in said.replace("\n", " ")
 
 
-@pytest.mark.parametrize(("column", "shape"), [("single", (88, 142)), ("double", (180, 86))])
+@pytest.mark.parametrize(
+    ("column", "shape"), [("single", (88, 142)), pytest.param("double", (180, 86), marks=pytest.mark.long)]
+)
 def test_both_widths(column, shape):
     figure = figures.draw(works(), column=column)
     assert tuple(np.round(figure.get_size_inches() * 25.4)) == shape
