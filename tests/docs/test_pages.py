@@ -17,23 +17,20 @@ from tests.docs.pages import DOCS, PAGES, ROOT, alike, blocks, commands, follow,
 
 ROW = re.compile(r"^\|.*\| ([\d.e-]+) \| `(tests/[\w/]+\.py)::(\w+)` \|$", re.MULTILINE)
 EXAMPLES = {"README.md": "tests/study/test_readme.py", "developers.md": "tests/study/test_developers.py"}
-FOLLOWED = {  # pages that are done as they say, and whether that takes more than some seconds
-    "tutorial.md": True,
-    "how-to/rattling-speed.md": True,
-    "how-to/from-cad.md": False,
-    "how-to/choose-stiffness.md": False,
-    "how-to/compare-laws.md": False,
-    "how-to/own-law.md": False,
-    "how-to/own-oscillator.md": True,
-    "how-to/on-a-cluster.md": True,
-    "how-to/paper-diagram.md": True,
-    "how-to/change-figure.md": True,
-    "how-to/other-programs.md": True,
-}
-TOO = {"stiffness.md": False}  # whose sentences have numbers of other sources
-RUN = [
-    pytest.param(name, marks=pytest.mark.nightly if slow else ()) for name, slow in (FOLLOWED | TOO).items()
-]
+FOLLOWED = (  # pages that are done as they say
+    "tutorial.md",
+    "how-to/rattling-speed.md",
+    "how-to/from-cad.md",
+    "how-to/choose-stiffness.md",
+    "how-to/compare-laws.md",
+    "how-to/own-law.md",
+    "how-to/own-oscillator.md",
+    "how-to/on-a-cluster.md",
+    "how-to/paper-diagram.md",
+    "how-to/change-figure.md",
+    "how-to/other-programs.md",
+)
+TOO = ("stiffness.md",)  # whose sentences have numbers of other sources
 WORDS = {  # of a page at most, with its tables and code: what tables of keys say is said there alone
     "study-files": 3200,
     "validation": 3080,
@@ -88,7 +85,7 @@ def test_every_how_to_is_followed_and_listed():
 
 def test_every_page_with_python_is_run_by_some_test():
     with_code = {page.name for page in PAGES if any(block.language == "python" for block in blocks(page))}
-    assert with_code <= {"api.md", *EXAMPLES, *(Path(name).name for name in FOLLOWED | TOO)}
+    assert with_code <= {"api.md", *EXAMPLES, *(Path(name).name for name in FOLLOWED + TOO)}
 
 
 def test_another_number_or_word_is_not_alike():
@@ -100,7 +97,7 @@ def test_another_number_or_word_is_not_alike():
     assert not alike("exponent +1.66 ± 0.20", "exponent +1.66 ± 0.02")
 
 
-@pytest.mark.parametrize("name", RUN)
+@pytest.mark.parametrize("name", FOLLOWED + TOO)
 def test_who_does_what_a_page_says_gets_what_it_says(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("SLURM_ARRAY_TASK_ID", "1")
@@ -253,7 +250,7 @@ def test_examples_of_generated_pages_validate():
             validate({"name": "page"} | tomllib.loads(study))
 
 
-@pytest.mark.nightly
+@pytest.mark.long
 def test_the_site_is_built_without_a_warning_in_three_minutes(tmp_path):
     pytest.importorskip("sphinx")
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "-b", "html", str(DOCS), str(tmp_path)]
