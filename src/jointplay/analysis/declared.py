@@ -145,7 +145,7 @@ class Outputs:
             yield name, dims, units, "; ".join(filter(None, parts))
 
     def __str__(self) -> str:
-        """As it stands in a docstring."""
+        """The text that stands in a docstring."""
         lines = []
         for name, dims, units, meaning in self.told():
             over = f", over ``{dims.replace(', ', '``, ``')}``" if dims and dims != name else ""

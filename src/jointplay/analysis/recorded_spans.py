@@ -206,7 +206,7 @@ def _tops(sizes: np.ndarray, times: np.ndarray) -> np.ndarray:
 
 
 def _around(model: Model, rows: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Those of the places that stand among three rows of one piece, and states between these three rows.
+    """Places among three rows of one piece, and the states there, between these rows.
 
     A place is the middle one, or an end of the piece. Positions are the polynomial of fifth degree through
     the three rows that has their speeds; speeds are its slope, and all else is the parabola through the rows.

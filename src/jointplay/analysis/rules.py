@@ -203,7 +203,7 @@ def steps(max_steps: int | None) -> int:
 
 
 def to_the_section(model: Model, request: Request) -> Records:
-    """As `follow`; not converged where the crank stops turning before it has passed as often as is asked."""
+    """`follow`, not converged where the crank stops before it has passed the section as often as asked."""
     records = follow(model, request)
     short = not records.status and len(records.sections) < request.stop_after - request.skip
     return replace(records, status=STATUS.index("not_converged")) if short else records

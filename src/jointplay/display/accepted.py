@@ -163,7 +163,7 @@ class _Spot:
         return [name for member in _members(self.annotation) for name in _fields(_bare(member))]
 
     def values(self, given: Any = NOTHING) -> str:
-        """What is accepted, a clause with the comma that ends it; empty if the model does not tell."""
+        """The accepted values, a clause with the comma that ends it; empty if the model does not tell."""
         extra, bare = self._description, [_bare(member) for member in _members(self.annotation)]
         one = bare[0] if len(bare) == 1 else None
         form, parts = typing.get_origin(one), typing.get_args(one)

@@ -117,7 +117,7 @@ def _about(row: Kind, key: str) -> str:
 
 
 def _with(about: str, accepted: str) -> str:
-    """What a key is, and in parentheses the values that it takes."""
+    """The meaning of a key, and in parentheses the values that it takes."""
     accepted = re.sub(r" and at most 1e9| \(in Python .*?\(\)[^)]*\)", "", accepted)
     return f"{about} ({accepted})" if about and accepted else about
 

@@ -79,7 +79,7 @@ class Slider:
 
     @property
     def value(self) -> float:
-        """As it is stored."""
+        """The stored number."""
         return self.parameter.value
 
     def moved(self, place: Place, first: float, x: float) -> float:

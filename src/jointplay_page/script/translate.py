@@ -52,7 +52,7 @@ class Code(NamedTuple):
     logical: bool = False
 
     def side(self, least: int = WHOLE) -> str:
-        """As part of an operation: in parentheses unless it binds so strongly."""
+        """Text as part of an operation: in parentheses unless it binds so strongly."""
         return self.text if self.binds >= least else f"({self.text})"
 
     @property

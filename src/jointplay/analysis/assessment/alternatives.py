@@ -1,4 +1,4 @@
-"""What an assessment hangs on: the same motion with other contact data, each within what it is known to.
+"""The sensitivity of an assessment: the same motion with other contact data, each within what it is known to.
 
 Stiffness and damping of a contact are known to a factor, a coefficient of restitution to some tenths,
 friction to a factor of two or not at all. All joints with clearance are changed alike. No friction is a

@@ -105,7 +105,7 @@ class Scene:
         self.places = self.first and [self.first]
 
     def rows(self, where: np.ndarray) -> list[dict[str, Any]]:
-        """What is known at values over the present one, which lie outward from it."""
+        """Rows of a curve at values over the present one, which lie outward from it."""
         values = [float(value) for value in where * self.present]
         found = self._settled(self.start, [(self.mechanism, {self.key: value}) for value in values])
         return [self._row(*each) for each in zip(values, found, self._ideal(found), strict=True)]
@@ -145,7 +145,7 @@ class Scene:
         return forces(motion, turns, self.how, per_turn, brief=True, model=model)
 
     def of(self, motion: Settled) -> dict[str, Any]:
-        """What is known of a motion that has been followed."""
+        """The row of a motion that has been followed."""
         answer = {"status": 0, "mechanism": motion.mechanism, "motion": motion, "model": None}
         value = float(Parameter(motion.mechanism, self.key).value)
         return self._row(value, answer, self._ideal([answer])[0])

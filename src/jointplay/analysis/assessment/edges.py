@@ -208,7 +208,7 @@ def _distances(share: float) -> np.ndarray:
 
 @dataclass
 class Side:
-    """What is found on one side of the present value of a parameter.
+    """Findings on one side of the present value of a parameter.
 
     Parameters
     ----------

@@ -198,7 +198,7 @@ def _at(dataset: Dataset, key: str, ratio: float, by: str) -> str:
 
 
 def _known_by(place: Dataset) -> str:
-    """By what a change of the grade is known; in results of 0.1.0 always by the values of a curve."""
+    """The evidence of a change of the grade; in results of 0.1.0 always by the values of a curve."""
     return _of(place["grade_change_by"]) if "grade_change_by" in place else "values"
 
 

@@ -150,7 +150,7 @@ class FromAfar:
             left = [each for each, found in zip(left, bound, strict=True) if found < 0]
 
     def recognised(self, points: np.ndarray) -> np.ndarray:
-        """As `bound`, where that is to be relied on."""
+        """The value of `bound`, where that is to be relied on."""
         found = self.bound(points)
         good = [n for n, right in self.right.items() if right >= ENOUGH and n not in self.wrong]
         return np.where(np.isin(found, good), found, -1)

@@ -47,7 +47,7 @@ GROWN = 10.0  # errors, in the least of longer steps, at which no shorter one is
 
 
 def reached(found: T) -> T:
-    """What was followed; `ArithmeticError` with its status where that did not get to its end."""
+    """The motion that was followed; `ArithmeticError` with its status where that did not get to its end."""
     if found.status:
         raise ArithmeticError(found.status)
     return found
@@ -76,7 +76,7 @@ class Quantity:
 
     @property
     def noun(self) -> str:
-        """What it is, as ``largest normal contact force, B`` or ``work of the drive``."""
+        """Its name, as ``largest normal contact force, B`` or ``work of the drive``."""
         word, _, label = self.key.partition(":")
         if self.how not in POINTS:
             return " ".join(

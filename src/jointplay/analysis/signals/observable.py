@@ -12,7 +12,7 @@ STATE = "state_value"
 
 
 def chosen(mechanism: Mechanism | TestSystem, quantity: str | None, usual: str) -> tuple[str, str]:
-    """As `observable`; where none is named, `usual` of the first joint with clearance, or the first state."""
+    """The `observable`; if none is named, `usual` of the first joint with clearance, or the first state."""
     if quantity is None and isinstance(mechanism, TestSystem):
         return STATE, mechanism.observed[0]
     if quantity is None:

@@ -294,7 +294,7 @@ def _ended(starts, values, observation, progress, n_jobs, before: int = 0, possi
 
 
 def _adaptive(starts, axes, levels: int, extra, observation, progress, n_jobs):
-    """As `_ended`, of all nodes and then of `extra` starts; also the dataset's variables on the refinement.
+    """Ends (`_ended`) of all nodes, then of `extra` starts; also the dataset's variables on the refinement.
 
     Nodes are followed where others end elsewhere.
     """

@@ -159,7 +159,7 @@ LASTS = 0.01  # share of a parameter over which the end of chaos lasts; what is 
 
 
 def motions(dataset: xr.Dataset) -> xr.DataArray:
-    """Of each point its period; without one ``chaotic``, if the exponent says so by its error."""
+    """Period of each point; without one ``chaotic``, if the exponent says so by its error."""
     period = dataset["period"]
     none = codes.chosen(period == 0, "no period found", "not known")
     if "section_exponent_per_turn" in dataset or "lyapunov_exponent_per_turn" in dataset:

@@ -1,4 +1,4 @@
-"""What becomes of each sample: does it lose contact, leave period 1, become chaotic; what are its forces.
+"""The outcome of each sample: does it lose contact, leave period 1, become chaotic; what are its forces.
 
 A motion is followed until it repeats itself. One without a period is followed on, some transients more, and
 its exponent measured (`assessment.settled`): it is chaotic where that is above 0 by more than three standard
@@ -45,7 +45,7 @@ SHARP = ("sliding_work", "impact_loss", "friction_loss")  # integrals, which nee
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked of each sample.
+    """Questions about each sample.
 
     Parameters
     ----------

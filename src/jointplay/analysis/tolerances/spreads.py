@@ -60,7 +60,7 @@ PLAIN = {"period": ("period in turns, 0 for none", "1"), "turn_period": ("mean p
 
 
 class Spread(Record):
-    """What a number may be.
+    """The spread of a number.
 
     Parameters
     ----------
@@ -473,7 +473,7 @@ def joint_of(mechanism: Mechanism, name: str) -> Joint:
 
 
 def words_of(name: str) -> tuple[str, str]:
-    """What a quantity is, and its units."""
+    """Name of a quantity, and its units."""
     head, _, label = name.partition(":")
     if head in selection.POINTS:
         found = selection.quantity(name)

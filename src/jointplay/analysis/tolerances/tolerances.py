@@ -122,7 +122,7 @@ def _said(one: xr.Dataset, name: str) -> str:
 
 
 def _rest(one: xr.Dataset) -> str:
-    """What is neither yes nor no."""
+    """The share that is neither yes nor no."""
     share = {word: float(one[f"share_{word}"]) for word in ("undecided", "failed")}
     told = [f"{plain(100 * each, 3)} % {word}" for word, each in share.items() if each > 0]
     return f"; {', '.join(told)}" if told else ""
@@ -509,7 +509,7 @@ tolerances.bounds = {"samples"}  # type: ignore[attr-defined]  # fewer samples a
 
 @dataclass(frozen=True)
 class Found:
-    """What became of samples; arrays over these first.
+    """Outcomes of samples; arrays over these first.
 
     Parameters
     ----------

@@ -128,7 +128,7 @@ def animate(
 
 
 def _tried(pictures: Iterator[np.ndarray], tried: int, count: int, form: Callable, rate: int) -> Callable:
-    """What writes a film with the colours of the first frames, whose size and time tell those of all."""
+    """The writer of a film with the colours of the first frames, whose size and time tell those of all."""
     shots = [next(pictures)]
     begun = clock.perf_counter()
     shots += islice(pictures, tried - 1)

@@ -177,7 +177,7 @@ def _round(d: float, inside: float, whole: float) -> Measures:
 
 
 class Shape(Record):
-    """What a link looks like: one of four bodies, and its material. Holes are left out.
+    """The body of a link: one of four, and its material. Holes are left out.
 
     Parameters
     ----------

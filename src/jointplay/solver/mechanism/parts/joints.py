@@ -215,7 +215,7 @@ class Joint(Record):
 
     @property
     def data(self) -> ContactData | None:
-        """What follows from its pin and bush, with spread and source; None where they are not given."""
+        """Contact data by pin and bush, with spread and source; None where they are not given."""
         parts = self.contact and self.contact.parts
         return ContactData(parts, self.radius, self.clearance) if parts and not self.ideal else None
 

@@ -44,7 +44,7 @@ class Material(Record):
 
     @property
     def known(self) -> Known:
-        """What the table says of spread, friction and restitution; of a material of your own, estimates."""
+        """Spread, friction and restitution by the table; of a material of your own, estimates."""
         return TABLE.get(self.name, _OWN)
 
     @property
@@ -56,7 +56,7 @@ class Material(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Known:
-    """What is known of a material of the table: usual value, low and high.
+    """Properties of a material of the table: usual value, low and high.
 
     Parameters
     ----------
