@@ -161,3 +161,38 @@ def test_grazing(beyond, rtol):
         assert found.event_time.values[0] == pytest.approx(Flight(0.0, *start).leaves(1.5)[0], abs=1e-7)
     else:
         assert found.state_value.values == pytest.approx(exact, abs=missed)
+
+
+def test_a_clock_beside_a_wall_changes_nothing_that_is_said_of_the_wall():
+    """Its jump is recorded as an impact, but no gap closes: no contact begins, at no speed."""
+    keys = {
+        "name": "oscillator at a wall",
+        "states": {"x": 0.3, "v": 0.0},
+        "parameters": {"a": 1.2, "r": 0.7},
+        "rates": {"x": "v", "v": "a*cos(1.3*t) - x - 0.2*v"},
+        "forcing": "2*pi/1.3",
+        "impacts": [{"name": "wall", "gap": "0.5 - x", "restitution": "r"}],
+    }
+    clock = {
+        "states": keys["states"] | {"c": 0.55},
+        "rates": keys["rates"] | {"c": "-1.3/(2*pi)"},
+        "jumps": [{"name": "clock", "guard": "c", "jump": {"c": "c + 1"}}],
+    }
+
+    def said(system):
+        run, slopes = jp.simulate(system, turns=4.0), jp.gradient(system, turns=2)
+        orbit = jp.periodic_orbit(system)
+        points = jp.bifurcation(system, over={"a": [1.2]}, turns=20, transient=20)
+        of_all = ("impacts", "contact_fraction", "smallest_impact_speed")
+        return [
+            *(run["contacts_begun"], slopes["derivative_status"], slopes["grazing"]),
+            *(orbit["impacts"], orbit["smallest_impact_speed"]),
+            *(points[name].squeeze() for name in of_all),
+        ]
+
+    known, told = (
+        [float(each) for each in said(system)] for system in (jp.System(**keys), jp.System(**keys | clock))
+    )
+    assert known[0] == 4
+    assert known[-1] == pytest.approx(2.097, abs=1e-3)
+    assert told == pytest.approx(known, rel=1e-6)

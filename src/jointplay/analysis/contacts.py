@@ -58,6 +58,11 @@ def counts(
     }
 
 
+def of_gaps(model: Model, events: np.ndarray) -> np.ndarray:
+    """Events of contacts and walls alone: a jump of states is recorded as an impact, but closes no gap."""
+    return events[events[:, JOINT] < model.gaps]
+
+
 def closed(model: Model, records: Records, row: np.ndarray) -> np.ndarray:
     """Whether each contact transmits force at a row (time, positions, speeds, modes)."""
     return Quantities(model, row[None, :], records.start).modes[0] > Mode.RELEASED
@@ -65,18 +70,14 @@ def closed(model: Model, records: Records, row: np.ndarray) -> np.ndarray:
 
 def smallest_impact_speed(model: Model, records: Records) -> np.ndarray:
     """Smallest speed, m/s, at which each contact began; NaN where none did."""
-    rows = records.events[np.isin(records.events[:, KIND], (CONTACT, IMPACT))]
-    return _smallest(rows[:, JOINT], approach(model, records, rows[:, ROW:])[1], _size(model))
+    rows = of_gaps(model, records.events[np.isin(records.events[:, KIND], (CONTACT, IMPACT))])
+    return _smallest(rows[:, JOINT], approach(model, records, rows[:, ROW:])[1], len(model.touching))
 
 
 def smallest_missed_gap(model: Model, records: Records) -> np.ndarray:
     """Smallest gap, m, at which each contact was approached and missed; NaN where none was."""
     rows = records.misses
-    return _smallest(rows[:, JOINT], approach(model, records, rows[:, ROW:])[0], _size(model))
-
-
-def _size(model: Model) -> int:
-    return len(model.touching)
+    return _smallest(rows[:, JOINT], approach(model, records, rows[:, ROW:])[0], len(model.touching))
 
 
 def _smallest(joints: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
@@ -133,7 +134,7 @@ def words(model: Model, records: Records, last: np.ndarray, bounds: np.ndarray, 
     of 0 or less is none.
     """
     turns = min(period if 0 < period <= TURNS else 1, len(bounds) - 1)
-    if turns < 1 or not _size(model):
+    if turns < 1 or not len(model.touching):
         return [""] * (len(model.joints) if model.links else 1)
     kept = bounds[-turns - 1 :]
     if not model.links:

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.contacts import CONTACT, IMPACT, KIND, ROW, TIME
+from jointplay.analysis.contacts import CONTACT, IMPACT, KIND, ROW, TIME, of_gaps
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.labels import Out, xr
 from jointplay.analysis.quantities import WORDS
@@ -93,10 +93,10 @@ def reached(spans: Spans, records: Records) -> Spans:
 
 def contacts(model: Model, records: Records, spans: Spans) -> dict[str, Any]:
     """Values of the spans' length, the contacts begun in them, and each joint's share of contact."""
-    rows, length = records.events, sum(b - a for a, b in spans)
+    rows, length = of_gaps(model, records.events), sum(b - a for a, b in spans)
     hits = rows[np.isin(rows[:, KIND], (CONTACT, IMPACT)), TIME]
     values = {"recorded_time": length}
-    if model.touching:
+    if model.gaps:
         values["contacts_begun"] = np.int64(sum(np.sum((a <= hits) & (hits <= b)) for a, b in spans))
     if model.links and model.joints and length > 0:
         values["contact_fraction"] = sum(_touching(model, records, *span) for span in spans) / length

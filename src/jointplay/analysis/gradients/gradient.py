@@ -522,7 +522,7 @@ def nearness(run: Run) -> tuple[float, float, float]:
     units[:soft] *= np.where(centred, 2 * units[:soft], 1.0)  # r^2 - e^2 is watched
     shares = np.abs(misses[:, 1]) / units[misses[:, 0].astype(int)]
     speeds = approach_speeds(model, np.insert(events, PLACE, 0.0, axis=1))[np.isin(events[:, KIND], BEGINS)]
-    slowest = float(np.min(speeds / np.max(speeds, initial=0.0), initial=np.inf))
+    slowest = float(np.nanmin(speeds / np.nanmax(speeds, initial=0.0), initial=np.inf))
     nearest, closest = (float(np.min(each, initial=np.inf)) for each in (apart / model.period, shares))
     return slowest, nearest, closest
 

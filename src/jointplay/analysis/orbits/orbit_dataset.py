@@ -78,7 +78,7 @@ def orbit_numbers(orbit: Orbit) -> dict[str, Any]:
     if orbit.status:
         return missing_numbers(len(section.free)) | {"residual": orbit.residual}
     multipliers = shooting.multipliers(image.derivative)
-    begins = np.isin(image.events[:, KIND], BEGINS)
+    begins = np.isin(image.events[:, KIND], BEGINS) & (image.events[:, CONTACT] < section.model.gaps)
     gaps, _ = section_map.gaps(section.model, history(section, orbit.state, image.time)[:-1])
     return {
         "period": float(section.turns),

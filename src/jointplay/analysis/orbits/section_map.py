@@ -381,18 +381,18 @@ def gaps(model: Model, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def approach_speeds(model: Model, events: np.ndarray) -> np.ndarray:
-    """Speed at which the gap changes at each event, m/s; NaN at events that no gap makes."""
+    """Speed at which the gap changes at each event, m/s; NaN at events that no gap makes, as jumps are."""
     if not len(events):
         return np.zeros(0)
     _, rates = gaps(model, events[:, TIME:])
     speeds = np.abs(rates[np.arange(len(events)), events[:, CONTACT].astype(int)])
-    return np.where(np.isin(events[:, KIND], OF_GAPS), speeds, np.nan)
+    return np.where(np.isin(events[:, KIND], OF_GAPS) & (events[:, CONTACT] < model.gaps), speeds, np.nan)
 
 
 def smallest_impact_speed(model: Model, events: np.ndarray) -> float:
     """Smallest speed with which contact begins, m/s; NaN where none does."""
     speeds = approach_speeds(model, events[np.isin(events[:, KIND], BEGINS)])
-    return float(speeds.min()) if len(speeds) else np.nan
+    return float(np.nanmin(speeds)) if np.isfinite(speeds).any() else np.nan
 
 
 def closest_approach(values: np.ndarray, events: np.ndarray) -> float:

@@ -193,7 +193,7 @@ def _contacts(model: Model, records: Records, last: np.ndarray, turns: float) ->
     }
     closed, end = contacts.closed(model, records, last), last[0]
     if not model.links:
-        counts = contacts.counts(records.events, end, turns, bool(closed.any()))
+        counts = contacts.counts(contacts.of_gaps(model, records.events), end, turns, bool(closed.any()))
         counts |= {name: _least(values) for name, values in close.items()}
         return {name: ((), value) for name, value in counts.items()}
     each = [contacts.counts(records.events, end, turns, shut, j) for j, shut in enumerate(closed)]

@@ -87,6 +87,11 @@ class Model:
         return (*self.joints, *self.resets)
 
     @property
+    def gaps(self) -> int:
+        """How many of `touching`, the first, have a gap that closes; the others are jumps of states."""
+        return len(self.touching) - (0 if self.links else len(self.structure.jumps))
+
+    @property
     def walls(self) -> tuple[str, ...]:
         """Names of the walls met in impacts: rigid walls, and joints whose law is one of impacts."""
         return tuple(joint.name for joint in self.structure.rigid_joints) if self.links else self.resets
