@@ -98,8 +98,7 @@ def approach(model: Model, records: Records, rows: np.ndarray) -> tuple[np.ndarr
         step = np.zeros_like(rows)
         step[:, 0], step[:, 1 : 1 + n_q] = h, h * rows[:, 1 + n_q : 1 + 2 * n_q]
         now, before, after = (_gaps(model, each) for each in (rows, rows - step, rows + step))
-        rigid = now, (before - after) / (2 * h)
-        return tuple(np.concatenate(each, axis=1) for each in zip(first, rigid, strict=True))
+        return tuple(map(np.hstack, zip(first, (now, (before - after) / (2 * h)), strict=True)))
     return _walls(model, rows)
 
 

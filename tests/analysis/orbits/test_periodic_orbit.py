@@ -24,6 +24,17 @@ def multipliers(found):
     return found.floquet_multiplier.values @ [1, 1j]
 
 
+@pytest.mark.parametrize(("damping", "word"), [(-0.01, "unstable"), (0.0, "neutral"), (0.01, "stable")])
+def test_an_orbit_that_neighbours_neither_approach_nor_leave_is_neutral(damping, word):
+    """An oscillator: multipliers exp(-d T/2 ± i w T), on the unit circle but for rounding where d = 0."""
+    rates = {"x": "v", "v": "0.1*cos(2.5*t) - x - d*v"}
+    start = {"states": {"x": 0.0, "v": 0.0}, "parameters": {"d": damping}, "forcing": "2*pi/2.5"}
+    found = jp.periodic_orbit(jp.System(name="oscillator", rates=rates, **start), transient=0)
+    assert np.abs(multipliers(found)) == pytest.approx(math.exp(-damping * TAU / 5), rel=1e-7)
+    assert jp.words(found).stable.item() == word
+    assert f"period 1, {word}, largest" in str(jp.summary(found))
+
+
 @pytest.mark.parametrize("restitution", [0.6, 0.8])
 @pytest.mark.parametrize("place", [0.08, 0.3, 0.6, "at the section", 0.9999])
 def test_symmetric_impacts(restitution, place):

@@ -31,7 +31,8 @@ from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Plane, Tes
 
 SAMPLES = 720  # a turn, for histories and closest approaches
 PARTS = ("real", "imaginary")
-STABILITY = ("unstable", "stable", "unknown")
+STABILITY = ("unstable", "stable", "unknown", "neutral")
+NEUTRAL = 1e-6  # from the unit circle: a largest multiplier that its error may put on either side
 OUTS = {
     "period": Out((), "period in turns"),
     "period_time": Out((), "period", "s"),
@@ -78,6 +79,7 @@ def orbit_numbers(orbit: Orbit) -> dict[str, Any]:
     if orbit.status:
         return missing_numbers(len(section.free)) | {"residual": orbit.residual}
     multipliers = shooting.multipliers(image.derivative)
+    largest = np.abs(multipliers).max(initial=0.0)
     begins = np.isin(image.events[:, KIND], BEGINS) & (image.events[:, CONTACT] < section.model.gaps)
     gaps, _ = section_map.gaps(section.model, history(section, orbit.state, image.time)[:-1])
     return {
@@ -90,7 +92,7 @@ def orbit_numbers(orbit: Orbit) -> dict[str, Any]:
         "grazing": image.grazing if len(image.events) else math.nan,
         "floquet_multiplier": np.stack([multipliers.real, multipliers.imag], -1),
         "lyapunov_exponent": shooting.exponents(multipliers, image.time),
-        "stable": int(shooting.stable(multipliers)),
+        "stable": STABILITY.index("neutral") if abs(largest - 1) < NEUTRAL else int(largest < 1),
     }
 
 

@@ -376,8 +376,7 @@ def changed_event(one: np.ndarray, other: np.ndarray) -> tuple[int, int]:
 
 def gaps(model: Model, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Gaps (negative: penetration, m) and closing speeds (m/s) at rows of time, state, modes."""
-    start = SimpleNamespace(start=rows[0] if len(rows) else np.zeros(0))
-    return approach(model, start, rows)
+    return approach(model, SimpleNamespace(start=rows[0] if len(rows) else np.zeros(0)), rows)
 
 
 def approach_speeds(model: Model, events: np.ndarray) -> np.ndarray:
