@@ -190,9 +190,11 @@ def test_a_clock_beside_a_wall_changes_nothing_that_is_said_of_the_wall():
             *(points[name].squeeze() for name in of_all),
         ]
 
-    known, told = (
-        [float(each) for each in said(system)] for system in (jp.System(**keys), jp.System(**keys | clock))
-    )
+    systems = jp.System(**keys), jp.System(**keys | clock)
+    known, told = ([float(each) for each in said(system)] for system in systems)
     assert known[0] == 4
     assert known[-1] == pytest.approx(2.097, abs=1e-3)
     assert told == pytest.approx(known, rel=1e-6)
+    found = jp.gradient(systems[1], orbit=True, transient=20)  # at any time of the clock there is another one
+    assert jp.words(found)["derivative_status"] == "neutral"
+    assert np.isnan(found["derivative"]).all()

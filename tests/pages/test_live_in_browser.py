@@ -65,7 +65,7 @@ def test_a_motion_is_followed_drawn_and_judged_by_the_stated_rules(chromium, pag
     verdict = said(chromium, "The motion repeats every turn")
     s = 1 - 1 / 2.8  # the fixed point
     hits = f"joint B loses contact once a turn and hits at {29 * s:.3g} mm/s"
-    most = f"the largest force is {2 * s:.3g} times that of ideal joints, at joint B ({200 * s:.3g} N)"
+    most = f"joint B carries up to {200 * s:.3g} N, {2 * s:.3g} times as much as with ideal joints"
     assert verdict.startswith(f"Rattles: {hits}; {most}. ")
     assert exponent(verdict)[0] == pytest.approx(math.log(0.8), abs=1e-4)
     for name in ("linkage", "orbit", "force", "section"):

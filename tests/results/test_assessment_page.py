@@ -9,7 +9,7 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.assessment.assess import OUTPUTS, assembled, first_change
 from jointplay.analysis.assessment.curves import ratios
-from jointplay.analysis.assessment.page import BY, answer, commands, page
+from jointplay.analysis.assessment.page import BY, answer, commands, over_ideal, page
 from jointplay.analysis.labels import ended
 from jointplay.study.file import load
 from tests.figures.support.synthetic_assessment import (
@@ -39,7 +39,7 @@ def test_the_page_says_each_number_with_its_error():
     text = page(assessment().assign_attrs(title="My press"), "press.toml")
     lines = [re.sub(" +", " ", line.strip()) for line in text.splitlines()]
     assert lines[0] == "My press"
-    worked = "the largest force is 2.2 times that of ideal joints, at joint O (22 N)"
+    worked = "joint O carries up to 22 N, 2.2 times as much as with ideal joints"
     assert f"Rattles: joint B loses contact twice a turn and hits at 50 mm/s; {worked}." in lines
     repeats = "the motion repeats every turn, contact is lost in each."
     assert f"The crank turns at 62.83 rad/s (600 rpm); {repeats}" in lines
@@ -85,6 +85,16 @@ def test_changes_stand_by_what_they_change_and_the_nearest_first():
     assert ["not met" in row for row in rows] == [False, False, True, True]
 
 
+def test_a_force_that_is_rounding_beside_the_others_has_no_ratio():
+    ratio = over_ideal(np.array([[20.0, 2e-5, 3e-14, 5.0]]), np.array([[10.0, 1e-5, 1e-14, 0.0]]))
+    assert ratio[0] == pytest.approx([2.0, 2.0, NAN, NAN], nan_ok=True)
+    found = assessment()
+    found["force_ratio"] = found["force_ratio"].where(found["joint"] == "A")
+    text = re.sub(" +", " ", page(found))
+    assert "O ideal 22.00 ± 0.10 10.00 ± 0.10 \N{EN DASH}" in text
+    assert "joint A carries up to 24 N, 2.18 times as much as with ideal joints" in text
+
+
 def test_windows_are_counted_and_warn_of_others():
     lines = [re.sub(" +", " ", line.strip()) for line in page(assessment()).splitlines()]
     told = "2 windows narrower than 1 % in the result; others may have been missed"
@@ -96,9 +106,9 @@ def test_the_page_says_what_the_verdict_hangs_on():
     lines = [re.sub(" +", " ", line.strip()) for line in page(assessment()).splitlines()]
     told = lines.index("joint B: kelvin voigt, 7.15 × 10⁶ N/m, 228 N s/m; friction 0.01")
     assert lines[told + 1] == "given: stiffness, damping, friction"
-    assert "as given rattles 20 2.2 2 50 mm/s 1" in lines
-    assert "stiffness ×10 quiet 22 2.2 0 \N{EN DASH} 1" in lines
-    assert "friction ×2 hammers 30 3 1 20 mm/s 1" in lines
+    assert "as given rattles 20 1.67 2.2 (O) 2 50 mm/s 1" in lines
+    assert "stiffness ×10 quiet 22 1.83 2.2 (O) 0 \N{EN DASH} 1" in lines
+    assert "friction ×2 hammers 30 2.5 3 (O) 1 20 mm/s 1" in lines
     band = (
         "With other contact data the largest force at B is 20 N to 30 N and the grade from quiet to hammers"
     )
@@ -128,14 +138,12 @@ def test_a_stiffness_at_another_force_than_the_joint_carries_is_named(load, told
 def test_the_page_says_what_to_do():
     lines = [re.sub(" +", " ", line.strip()) for line in page(assessment()).splitlines()]
     assert "radial clearance of joint B, below not met down to 20 µm" in lines
-    change = "about 280 µm 40 % touches → hammers 20 N → 30 N 1.6 → 3.1 50 mm/s → 120 mm/s"
+    change = "about 280 µm 40 % touches → hammers B → O 20 N → 30 N 1.6 → 3.1 50 mm/s → 120 mm/s"
     assert f"radial clearance of joint B, above {change}" in lines
     best = "Of single changes, half the radial clearance of joint B helps most"
-    assert f"{best}: it lowers the largest force" in lines
-    assert "from 2.2 to 1 times that of ideal joints" in lines
-    assert lines[lines.index("from 2.2 to 1 times that of ideal joints") + 1].endswith(
-        "twice the friction: 3)"
-    )
+    assert (at := lines.index(f"{best}: it lowers the largest ratio"))
+    assert lines[at + 1] == "to ideal forces from 2.2 to 1"
+    assert lines[at + 2].endswith("twice the friction: 3)")
 
 
 def test_where_forces_are_those_of_ideal_joints_nothing_helps():
@@ -146,16 +154,16 @@ def test_where_forces_are_those_of_ideal_joints_nothing_helps():
 
 def edge_at(ratio, before, after):
     """Places beside the edge of contact, as a change of the grade."""
-    return np.array([[ratio, mark, 10.0, 1.2, 0.001, BY.index("edge")] for mark in (before, after)])
+    return np.array([[ratio, mark, 0, 10.0, 1.2, 0.001, BY.index("edge")] for mark in (before, after)])
 
 
 @pytest.mark.parametrize(("edge", "nearer"), [(1.2, True), (1.5, False), (1.4, True), (1.409, True)])
 def test_the_grade_changes_at_the_nearer_one_of_an_edge_and_what_is_found_among_values(edge, nearer):
     """Among values it is found between 1.39 and 1.4 times the present one; what lies so close is the same."""
-    coarse = np.array([[1.39, 0, 10.0, 1.2, 0.0, 1], [1.4, 1, 11.0, 1.3, 0.002, 1]])
-    found, missing = edge_at(edge, 0, 1), np.array([coarse[0], np.full(6, np.nan)])
+    coarse = np.array([[1.39, 0, 0, 10.0, 1.2, 0.0, 1], [1.4, 1, 0, 11.0, 1.3, 0.002, 1]])
+    found, missing = edge_at(edge, 0, 1), np.array([coarse[0], np.full(7, np.nan)])
     assert first_change(coarse, found) is (found if nearer else coarse)
-    below = coarse ** np.array([-1, 1, 1, 1, 1, 1])
+    below = coarse ** np.array([-1, *[1] * 6])
     assert first_change(below, edge_at(1 / edge, 0, 1))[1, 0] == (1 / edge if nearer else 1 / 1.4)
     assert first_change(missing, found) is found
     assert first_change(coarse, None) is coarse
@@ -167,7 +175,7 @@ def test_both_parts_of_the_page_say_one_value():
     near["beside"] = edge_at(1.05, 0, 1)
     text = page(assessment(sides=[SIDES[2], near, *SIDES[2:]], **QUIET))
     lines = [re.sub(" +", " ", line.strip()) for line in text.splitlines()]
-    change = "210 µm 5 % quiet → touches 10 N → 10 N 1.2 → 1.2 1 mm/s → 1 mm/s"
+    change = "210 µm 5 % quiet → touches B 10 N 1.2 1 mm/s"
     assert f"radial clearance of joint B, above {change}" in lines
     lost = "Contact is first lost at a radial clearance of joint B above 210 µm, or at a gear ratio"
     assert any(line.startswith(lost) for line in lines)
@@ -176,11 +184,9 @@ def test_both_parts_of_the_page_say_one_value():
 def test_what_is_found_among_values_alone_says_so():
     text = page(assessment(sides=4 * [{"status": 7}], settled=0, **QUIET))
     told = "a radial clearance of joint B above about 280 µm, not settled, or at a gear ratio above about 6"
-    assert f"Contact is first lost at {told} (about: among 49 values, not refined)." in text
-    assert (
-        "about, not met: among 49 values, not refined; a narrow range with another grade may lie nearer"
-        in text
-    )
+    found = "about: among the 49 values of the curve and some more, not refined as edges are"
+    assert f"Contact is first lost at {told} ({found})." in text
+    assert f"about, not met{found.removeprefix('about')}; a narrow range" in text
     assert "not settled" not in page(assessment())
 
 
@@ -246,14 +252,14 @@ def test_a_side_that_was_cut_short_says_how_far_it_came():
 def test_five_lines_say_the_verdict_the_motion_what_it_hangs_on_where_it_changes_and_what_to_do():
     first, second, band, third, last = answer(assessment()).splitlines()
     assert first.startswith(
-        "Rattles: joint B loses contact twice a turn and hits at 50 mm/s; the largest force is"
+        "Rattles: joint B loses contact twice a turn and hits at 50 mm/s; joint O carries up to 22 N"
     )
     assert second.endswith("the motion repeats every turn, contact is lost in each")
     kept = "a radial clearance of joint B below 150 µm, or at a gear ratio above 5"
     assert third == f"Loss of contact stops at {kept}"
     assert band.startswith("With other contact data the largest force at B is 20 N to 30 N")
-    best = "Of single changes, half the radial clearance of joint B helps most: it lowers the largest force"
-    assert last == f"{best} from 2.2 to 1 times that of ideal joints"
+    best = "Of single changes, half the radial clearance of joint B helps most: it lowers the largest ratio"
+    assert last == f"{best} to ideal forces from 2.2 to 1"
     assert str(jp.summary(assessment())) == answer(assessment())
 
 

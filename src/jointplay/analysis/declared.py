@@ -88,6 +88,9 @@ class Outputs:
         head = {"Conventions": "CF-1.11", "kind": self.kind} | attributes | {"kind": self.kind}
         if model is None:
             return xr.Dataset(variables, axes | coords, head)
+        if "state" in coords and len(values["state"]) < len(model.states):
+            known = {name for group in (groups or {}).values() for name in group}
+            variables, coords = (_beside_outputs(table, known) for table in (variables, coords))
         used = {dim for dims, *_ in variables.values() for dim in ([dims] if isinstance(dims, str) else dims)}
         labels = {of: each for of, each in coordinates(model).items() if of in used}
         return on_joints(xr.Dataset(variables, axes | coords | labels, head))
@@ -166,3 +169,12 @@ class Outputs:
 def values_of(result: xr.Dataset, names: Iterable[str]) -> dict[str, Any]:
     """Values of the named variables that a result has."""
     return {name: result[name].values for name in names if name in result}
+
+
+def _beside_outputs(table: Mapping[str, Any], known: Container[str]) -> dict[str, Any]:
+    """Variables along states, but for the `known`, along ``coordinate``: there outputs count as states."""
+    names = {"state": "coordinate"}
+    own = {
+        n: (tuple(names.get(d, d) for d in each[0]), *each[1:]) for n, each in table.items() if n not in known
+    }
+    return {names.get(name, name): own.get(name, each) for name, each in table.items()}

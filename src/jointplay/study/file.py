@@ -58,12 +58,17 @@ def load(path: Path | str, changes: Iterable[str] = (), kind: str | None = None)
         Else `InputError`, with everything that is wrong and its key paths.
     """
     (table, text), name = _read(path), Path(path).stem
-    if kind not in (None, table.get("kind")):
-        fields = KINDS[kind].function.fields()
-        names = ["mechanism", *(name for key, name in TABLES.items() if key in fields)]
-        own = {name: table[name] for name in names if name in table}
-        name, table = f"{name}_{kind}", {"kind": kind} | own
-    return Loaded(validate({"name": name} | toml_text.override(table, changes)), text)
+    was = table.get("kind")
+    if kind not in (None, was):
+        own = {name: table[name] for name in ("mechanism", *TABLES.values()) if name in table}
+        name, was, table = f"{name}_{kind}", None, {"kind": kind} | own
+    made = {"name": name} | toml_text.override(table, changes)
+    if made.get("kind") != was and made.get("kind") in list(
+        KINDS
+    ):  # of another kind, without that one's tables
+        fields = KINDS[made["kind"]].function.fields()
+        made = {key: made[key] for key in made if key not in {*TABLES.values()} - {*map(TABLES.get, fields)}}
+    return Loaded(validate(made), text)
 
 
 def _read(path: Path | str) -> tuple[dict[str, Any], str]:

@@ -100,10 +100,10 @@ def curved(key, far=NAN, settled=1):
     }
     values |= {"impact_speed": 0.05 * lost[:, None]}
     before, after = (
-        [1 / far, 1, 20.0, 1.6, 0.05, 1],
-        [far, 3, 30.0, 3.1, 0.12, BY.index("values" if settled else "unsettled")],
+        [1 / far, 1, 0, 20.0, 1.6, 0.05, 1],
+        [far, 3, 1, 30.0, 3.1, 0.12, BY.index("values" if settled else "unsettled")],
     )
-    never = [ratio[0], 1, NAN, NAN, NAN, 1], [NAN] * 6
+    never = [ratio[0], 1, NAN, NAN, NAN, NAN, 1], [NAN] * 7
     return {"status": 0, "trouble": ""} | values | {"change": np.array([never, [before, after]])}
 
 

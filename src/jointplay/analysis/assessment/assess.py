@@ -23,7 +23,17 @@ from jointplay.analysis.assessment.alternatives import hangs_on, variants
 from jointplay.analysis.assessment.curves import END, VALUES, Scene, beside, curve, ratios
 from jointplay.analysis.assessment.edges import HOW, SIDES, Search, edges
 from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN, WORK, forces
-from jointplay.analysis.assessment.page import BY, GRADES, PLACES, UNKNOWN, answer, grade, largest, page
+from jointplay.analysis.assessment.page import (
+    BY,
+    GRADES,
+    PLACES,
+    UNKNOWN,
+    answer,
+    grade,
+    largest,
+    over_ideal,
+    page,
+)
 from jointplay.analysis.assessment.settled import CHANGES, LASTING, SLOW, Settled, Unsettled, plan, present
 from jointplay.analysis.cells import first_bad, growing, handed_out, shown, warm
 from jointplay.analysis.declared import Outputs
@@ -158,6 +168,7 @@ OUTPUTS = Outputs(
         "grade_change_ratio": Out(CHANGED, "value beside the change, as a multiple of the present one"),
         "grade_change_by": Out(CHANGED, "by what the grade's change is known", flags=BY, missing=UNKNOWN),
         "grade_change_grade": Out(CHANGED, "grade there", flags=GRADED, missing=UNKNOWN),
+        "grade_change_joint": Out(CHANGED, "joint with the largest ratio there", ""),
         "grade_change_force": Out(CHANGED, "largest force there, of the joint with the largest ratio", "N"),
         "grade_change_force_ratio": Out(CHANGED, "its ratio to the ideal mechanism's"),
         "grade_change_impact_speed": Out(CHANGED, "largest impact speed there", "m s-1"),
@@ -430,7 +441,7 @@ def assembled(
     joints = [joint.name for joint in mechanism.joints]
     values = _forces(joints, now, ideal) | _contacts(mechanism, joints, now) | _motion(now)
     values |= _graded(mechanism, values) | _variants(mechanism, joints, other, values["ideal_peak_force"])
-    values |= _curves(joints, keys, over) | _grade_changes(over, sides) | _edges(mechanism, keys, sides)
+    values |= _curves(joints, keys, over) | _grade_changes(now, over, sides) | _edges(mechanism, keys, sides)
     labels = {"joint": joints, "parameter": list(keys), "side": list(SIDES), "change": list(CHANGES)}
     labels["place"] = list(PLACES)
     values |= {name: np.array(each, dtype=str) for name, each in labels.items()}
@@ -453,7 +464,7 @@ def _forces(joints: list[str], now: Answer, ideal: Answer) -> dict[str, Any]:
         "peak_force_error": _on(joints, now, "peak_error"),
         "ideal_peak_force": like,
         "ideal_peak_force_error": _on(joints, ideal, "peak_error"),
-        "force_ratio": peak / like,
+        "force_ratio": over_ideal(peak, like),
         "joint_force": _on(joints, now, "force", 2 * SHOWN + 1),
         "ideal_joint_force": _on(joints, ideal, "force", 2 * SHOWN + 1),
     }
@@ -543,7 +554,7 @@ def _variants(mechanism: Mechanism, joints: list[str], other: Answer, ideal: np.
     lost = np.asarray(other.get("lost", np.full(rows, np.nan)), dtype=float)
     for i in np.flatnonzero(np.isfinite(lost)):
         speeds = found["variant_impact_speed"][i]
-        marks[i] = _grade(lost[i] == 1, found["variant_peak_force"][i] / ideal, speeds)
+        marks[i] = _grade(lost[i] == 1, over_ideal(found["variant_peak_force"][i], ideal), speeds)
     return found | {
         "variant_quantity": np.array([each.quantity for each in made], dtype=str),
         "variant_change": np.array([each.change for each in made], dtype=str),
@@ -571,7 +582,7 @@ def _curves(joints: list[str], keys: Sequence[str], over: Sequence[Answer]) -> d
     return found | {"curve_period": period, "curve_grade": marks, "curve_status": statuses}
 
 
-def _grade_changes(over: Sequence[Answer], sides: Sequence[Answer]) -> dict[str, Any]:
+def _grade_changes(now: Answer, over: Sequence[Answer], sides: Sequence[Answer]) -> dict[str, Any]:
     """Where the grade first changes on each side of each parameter, and by what it is known."""
     none = np.full((len(SIDES), len(PLACES), len(END)), np.nan)
     coarse = np.concatenate([each.get("change", none) for each in over])
@@ -580,7 +591,9 @@ def _grade_changes(over: Sequence[Answer], sides: Sequence[Answer]) -> dict[str,
     found = {f"grade_change_{name}": column for name, column in zip(END, columns, strict=True)}
     for name, words in (("grade_change_grade", GRADED), ("grade_change_by", BY)):
         found[name] = np.where(np.isnan(found[name]), words.index(UNKNOWN), found[name])
-    return found
+    names = np.array([*now.get("names", ()), ""])
+    places = np.fmin(found["grade_change_joint"], len(names) - 1).astype(int)
+    return found | {"grade_change_joint": names[places]}
 
 
 def first_change(coarse: np.ndarray, edge: np.ndarray | None) -> np.ndarray:

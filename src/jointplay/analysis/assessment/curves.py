@@ -22,7 +22,7 @@ import numpy as np
 
 from jointplay.analysis.assessment.branch_walk import Branch, Walk
 from jointplay.analysis.assessment.forces import columns, forces
-from jointplay.analysis.assessment.page import BY, grade, largest
+from jointplay.analysis.assessment.page import BY, grade, largest, over_ideal
 from jointplay.analysis.assessment.settled import SLOW, Settled, Unsettled, approached, on_orbit, reached
 from jointplay.analysis.cells import guarded
 from jointplay.analysis.period import REPEATS
@@ -45,7 +45,8 @@ HALVED = 5  # steps to a change of the grade
 FARTHER = 10.0  # times the reach of a curve: as far a change of the grade is looked for, by doubling
 BRIEFLY = 0.3  # of the turns over which the present motion's exponent is averaged
 STEP = 0.005  # of the logarithm, the shortest with which an orbit is followed
-END = ("ratio", "grade", "force", "force_ratio", "impact_speed", "by")  # of a place; forces: the largest
+# of a place: force and ratio are those of the joint, by its place, whose ratio is the largest
+END = ("ratio", "grade", "joint", "force", "force_ratio", "impact_speed", "by")
 Spot = tuple[float, dict[str, Any]]  # a ratio, and what is known there
 
 
@@ -121,7 +122,7 @@ class Scene:
             for each, answer in zip(left, settle_together(points, how), strict=True):
                 each["status"] = answer["status"]
                 if not answer["status"]:
-                    each["motion"] = Settled(each["mechanism"], answer["end"], answer["values"])
+                    each["motion"] = Settled.found(each["mechanism"], answer, how)
                     each["model"] = moved(each["model"], answer["end"].state)
         return found
 
@@ -163,7 +164,9 @@ class Scene:
         like = np.array([ideal.get(name, np.nan) for name in found["names"]])
         lost = motion.traits["contact_loss"] or bool(np.any(found["separations"] > 0))
         row = {name: found[name] for name in ("names", "peak", "period", "impact_speed")}
-        mark = float(grade(lost, largest(found["peak"] / like), float(np.max(found["impact_speed"]))))
+        mark = float(
+            grade(lost, largest(over_ideal(found["peak"], like)), float(np.max(found["impact_speed"])))
+        )
         row |= {"status": 0, "lost": lost, "ideal": like, "grade": mark, "motion": motion}
         return row | {"settled": bool(motion.period or motion.traits["chaos"])}
 
@@ -248,7 +251,7 @@ def _end(ratio: float, row: dict[str, Any]) -> np.ndarray:
     """Numbers of a place, in the order of `END`."""
     if "grade" not in row:
         return np.array([ratio, *np.full(len(END) - 1, np.nan)])
-    ratios = row["peak"] / row["ideal"]
+    ratios = over_ideal(row["peak"], row["ideal"])
     i = int(np.nanargmax(ratios)) if np.isfinite(ratios).any() else 0
     by = BY.index("values" if row["settled"] else "unsettled")
-    return np.array([ratio, row["grade"], row["peak"][i], ratios[i], np.max(row["impact_speed"]), by])
+    return np.array([ratio, row["grade"], i, row["peak"][i], ratios[i], np.max(row["impact_speed"]), by])

@@ -36,6 +36,7 @@ from jointplay.solver.method.codes import Event
 from jointplay.solver.motion.trajectory import Records, Request, follow
 
 SAMPLES, SHOWN = 4096, 512  # of a turn: evaluated; its parts, of each of which two values are kept
+ROUNDING = 1e-12
 ORBIT = 1e-9  # tolerance of a step on an orbit, whose forces are known as well as it is followed
 FORCES = ("normal_force", "tangential_force", "reaction")
 WORK = ("drive_work", "joint_work")
@@ -157,7 +158,10 @@ def _peak_error(
     """Error of the largest force of each joint: between the record's halves, and to the coarser record."""
     first = fine["time"] <= half
     early, late = (largest({name: each[part] for name, each in fine.items()}) for part in (first, ~first))
-    return np.maximum(np.abs(early - late), np.abs(peak - largest(coarse)))
+    least = ROUNDING * np.max(peak, initial=0.0)  # of sums of forces, by which a pin's own may differ
+    return np.maximum.reduce(
+        [np.abs(early - late), np.abs(peak - largest(coarse)), np.full_like(peak, least)]
+    )
 
 
 def _of_motion(motion: Settled) -> dict[str, Any]:

@@ -49,7 +49,7 @@ DIAGRAM = 41  # values of the diagram that shows a change by brute force
 PLACES = ("before", "after")  # of a change of the grade
 NOT_MET = "not met"
 ALIKE = 1.01  # force ratio below which forces are those of ideal joints
-COARSE = "{}: among {} values, not refined"
+COARSE = "{}: among the {} values of the curve and some more, not refined as edges are"
 KNOWN_BY = {"edge": "{}", "values": "about {}", "unsettled": "about {}, not settled", "unknown": "{}"}
 BY = tuple(KNOWN_BY)
 DOWN = {"below": "down to", "above": "up to"}
@@ -66,6 +66,7 @@ GRADES = ("quiet", "touches", "rattles", "hammers")
 UNKNOWN = "unknown"
 GENTLE, HARD = 0.01, 0.1  # m/s
 LIGHT, HEAVY = 1.5, 3.0
+NEGLIGIBLE = 1e-6  # of the largest force of ideal joints: a joint that carries less there has no ratio
 MEANING = {
     "quiet": "contact is never lost",
     "touches": f"contact is lost, at less than {1e3 * GENTLE:g} mm/s and {LIGHT:g} times the ideal forces",
@@ -138,18 +139,18 @@ def _grade(dataset: Dataset) -> str:
 
 def _hardest(dataset: Dataset, loose: bool = False) -> int:
     """Place of the joint whose largest force is the largest over that of the ideal mechanism."""
-    ratio = dataset["force_ratio"].values.copy()
-    if loose:
-        ratio[~(dataset["clearance"].values > 0)] = np.nan
-    return int(np.nanargmax(ratio))
+    force, ratio = (
+        dataset[name].where(not loose or dataset["clearance"] > 0).values
+        for name in ("peak_force", "force_ratio")
+    )
+    return int(np.nanargmax(ratio if np.isfinite(ratio).any() else force))
 
 
 def _verdict(dataset: Dataset) -> str:
     """The grade, how often contact is lost and how hard it hits, and the largest force."""
     i, joints = _hardest(dataset), _joints(dataset)
     ratio, force = float(dataset["force_ratio"][i]), measure(float(dataset["peak_force"][i]), "N", 3)
-    where = f"at joint {joints[i]} ({force})"
-    most = f"the largest force is {plain(ratio, 3)} times that of ideal joints, {where}"
+    most = f"joint {joints[i]} carries up to {force}, {plain(ratio, 3)} times as much as with ideal joints"
     if ratio < ALIKE:
         most = f"forces are those of ideal joints, within {plain(100 * (ALIKE - 1), 2)} %"
     word = _grade(dataset).capitalize()
@@ -237,18 +238,25 @@ def _hangs_on(dataset: Dataset) -> list[str]:
     if _not_run(dataset["variant_status"]):
         return [*lines, "  other contact data: not looked at"]
     joint = _joints(dataset)[_hardest(dataset, loose=True)]
-    head = ("contact data", "grade", f"force at {joint} (N)", "times ideal", "separations")
+    head = (
+        "contact data",
+        "grade",
+        f"force at {joint} (N)",
+        "times ideal",
+        "most, at a joint",
+        "separations",
+    )
     rows = [(*head, "impact speed", "period")]
     quantities = ("peak_force", "separations", "impact_speed")
     now = (float(dataset[n].sel(joint=joint)) for n in quantities)
-    numbers = _numbers(*now, largest(dataset["force_ratio"].values))
+    numbers = _numbers(*now, dataset["force_ratio"], joint)
     rows.append(("as given", _grade(dataset), *numbers, _repeat(float(dataset["period"]))))
     for i in range(dataset.sizes["variant"]):
         one = dataset.isel(variant=i)
         name = " ".join(str(one[f"variant_{each}"].values) for each in ("quantity", "change"))
         own = (float(one[f"variant_{n}"].sel(joint=joint)) for n in quantities)
-        ratios = one["variant_peak_force"].values / dataset["ideal_peak_force"].values
-        numbers = _numbers(*own, largest(ratios))
+        ratios = over_ideal(one["variant_peak_force"].values, dataset["ideal_peak_force"].values)
+        numbers = _numbers(*own, dataset["force_ratio"].copy(data=ratios), joint)
         rows.append((name, _of(one["variant_grade"]), *numbers, _repeat(float(one["variant_period"]))))
     return [*lines, *_table(rows), f"  {_band(dataset, joint)}"]
 
@@ -262,9 +270,14 @@ def _loaded(joint: Dataset) -> Iterator[str]:
         yield f'  {taken}, an ideal joint carries {most} at most; write load = "{most}" beside pin and bush'
 
 
-def _numbers(force: float, separations: float, speed: float, ratio: float) -> tuple[str, ...]:
-    hit = measure(speed, "m s-1", 3) if speed > 0 else NONE
-    return plain(force, 4), plain(ratio, 3), plain(separations, 3), hit
+def _numbers(force: float, separations: float, speed: float, ratios: DataArray, joint: str) -> Iterator[str]:
+    """Words for the force at a joint, its ratio and the largest one of all, and for its impacts."""
+    yield plain(force, 4)
+    yield plain(float(ratios.sel(joint=joint)), 3)
+    known = ratios.dropna("joint")
+    yield f"{plain(float(known.max()), 3)} ({known.idxmax().item()})" if known.size else NONE
+    yield plain(separations, 3)
+    yield measure(speed, "m s-1", 3) if speed > 0 else NONE
 
 
 def _repeat(period: float) -> str:
@@ -298,7 +311,7 @@ def _to_do(dataset: Dataset) -> list[str]:
     """Values at which the grade changes, with forces before and after, and the change that helps most."""
     if _grade(dataset) == UNKNOWN:
         return ["What to do: not known"]
-    rows = [("", "grade changes at", "away", "grade", "largest force", "times ideal", "impact speed")]
+    rows = [("", "grade changes at", "away", "grade", "joint", "its force", "times ideal", "impact speed")]
     notes, looked = [], []
     for key in map(str, dataset["parameter"].values):
         one = dataset.sel(parameter=key)
@@ -329,9 +342,9 @@ def _grade_change(dataset: Dataset, key: str, side: str) -> tuple[str, ...]:
     name, ratio = f"{one['parameter_name'].values}, {side}", float(after["grade_change_ratio"])
     if math.isnan(ratio):
         limit = _value(dataset, key, float(before["grade_change_ratio"]), 4)
-        return name, f"{NOT_MET} {DOWN[side]} {limit}", "", "", "", "", ""
-    names = ("grade", "force", "force_ratio", "impact_speed")
-    texts = (" → ".join(map(_words_at, (before, after), (n, n))) for n in names)
+        return name, f"{NOT_MET} {DOWN[side]} {limit}", *[""] * 6
+    names = ("grade", "joint", "force", "force_ratio", "impact_speed")
+    texts = (" → ".join(dict.fromkeys(map(_words_at, (before, after), (n, n)))) for n in names)
     value = _at(dataset, key, ratio, _known_by(after))
     away = 100 * abs(ratio - 1)
     return name, value, f"{plain(away, 3 if away < 1e3 else 4)} %", *texts
@@ -353,6 +366,8 @@ def _beyond(dataset: Dataset, key: str, side: str) -> Iterator[str]:
 
 def _words_at(place: Dataset, name: str) -> str:
     """Words for a number on one side of a change of the grade."""
+    if name == "joint":
+        return str(place["grade_change_joint"].values) if "grade_change_joint" in place else NONE
     given = place[f"grade_change_{name}"]
     if name == "grade":
         return _of(given)
@@ -364,19 +379,19 @@ def _words_at(place: Dataset, name: str) -> str:
 
 
 def _helps(dataset: Dataset) -> str:
-    """Which single change lowers the largest force most, over that of ideal joints."""
+    """Which single change lowers the largest ratio of a joint's force to that with ideal joints most."""
     now, found = float(np.nanmax(dataset["force_ratio"], initial=0.0)), {}
     for i in range(dataset.sizes.get("variant", 0)):
         one = dataset.isel(variant=i)
         words = TRIED.get((str(one["variant_quantity"].values), str(one["variant_change"].values)))
-        ratio = one["variant_peak_force"].values / dataset["ideal_peak_force"].values
         if words:
-            found[words] = largest(ratio)
+            force = one["variant_peak_force"].values
+            found[words] = largest(over_ideal(force, dataset["ideal_peak_force"].values))
     for key in map(str, dataset["parameter"].values):
         one = dataset.sel(parameter=key)
         at, words = OTHER.get(key.rsplit(".", 1)[-1], OTHER[""])
         i = int(np.argmin(np.abs(np.log(one["curve_ratio"].values / at))))
-        ratio = one["curve_peak_force"].values[i] / one["curve_ideal_peak_force"].values[i]
+        ratio = over_ideal(one["curve_peak_force"].values[i], one["curve_ideal_peak_force"].values[i])
         share = plain(100 * (1 - float(one["curve_ratio"][i])), 2)
         found[words.format(one["parameter_name"].values, share=share)] = largest(ratio)
     if not (found := {words: ratio for words, ratio in found.items() if math.isfinite(ratio)}):
@@ -386,9 +401,9 @@ def _helps(dataset: Dataset) -> str:
     best, *_ = order = sorted(found, key=found.__getitem__)
     tried = "; ".join(f"{words}: {plain(found[words], 3)}" for words in order)
     if found[best] > HELPS * now:
-        return f"None of these single changes lowers the largest force ({plain(now, 3)} times ideal; {tried})"
-    lower = f"from {plain(now, 3)} to {plain(found[best], 3)} times that of ideal joints"
-    return f"Of single changes, {best} helps most: it lowers the largest force\n  {lower}\n  ({tried})"
+        return f"No such single change lowers the largest ratio to ideal forces, {plain(now, 3)} ({tried})"
+    lower = f"to ideal forces from {plain(now, 3)} to {plain(found[best], 3)}"
+    return f"Of single changes, {best} helps most: it lowers the largest ratio\n  {lower}\n  ({tried})"
 
 
 def _joints(dataset: Dataset) -> list[str]:
@@ -561,8 +576,8 @@ def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:
         unmet.remove("chaos")
         count, turns = int(one["values_looked_at"]), int(dataset["lasting_turns"])
         windows = int(np.isfinite(one["window_period"]).sum()) if "window_period" in one else 0
-        at = f"at {count - windows} of the" if windows else "at each of the"
-        yield f"{side}: chaotic {at} {count} values {DOWN[side]} {end}{why}, {turns} turns later too"
+        at = f"at {f'{count - windows} of the' if windows else 'each of the'} {counted(count, 'value')}"
+        yield f"{side}: chaotic {at} {DOWN[side]} {end}{why}, {turns} turns later too"
     if unmet:
         yield f"{side}: not met {DOWN[side]} {end}{why}: {', '.join(_words(dataset, name) for name in unmet)}"
 
@@ -639,6 +654,12 @@ def grade(lost: bool, ratio: float, speed: float) -> int:
     if speed >= HARD or ratio >= HEAVY:
         return 3
     return 1 if speed < GENTLE and ratio < LIGHT else 2
+
+
+def over_ideal(force: np.ndarray, ideal: np.ndarray) -> np.ndarray:
+    """Forces over those of ideal joints, joints along the last axis; NaN where an ideal one is negligible."""
+    least = NEGLIGIBLE * np.nanmax(ideal, axis=-1, keepdims=True, initial=0.0)
+    return force / np.where(ideal > least, ideal, np.nan)
 
 
 def largest(numbers: np.ndarray) -> float:

@@ -3,10 +3,11 @@
 *Contact is lost* where a joint with clearance separates or flies at all; a motion is *other than of period 1*
 where its section points, one a turn, do not all agree; it is *chaotic* where no period is found and the
 largest exponent of its section map is above 0 by more than `ERRORS` standard errors, widened where batches
-follow one another. What is neither is followed further, since motions settle slowly beside the edge of their
-period. A motion carried on from a chaotic one is asked for its exponent at once, over fewer turns: three of
-its errors say whether these were enough. Where they do not, it is followed further, and its exponent measured
-over `SURE` times the turns.
+follow one another, and by more than ln N / N after N turns, since neighbours of a motion that neither settles
+nor is chaotic part as N. What is neither is followed further, since motions settle slowly beside the edge of
+their period. A motion carried on from a chaotic one is asked for its exponent at once, over fewer turns:
+three of its errors say whether these were enough. Where they do not, it is followed further, and its exponent
+measured over `SURE` times the turns.
 
 Chaos may be transient: beyond a crisis, and in a periodic window, a motion is chaotic for some hundreds or
 thousands of turns before it settles to an orbit (Grebogi, Ott, Yorke, Physica D 7, 1983). Chaos is *lasting*
@@ -116,6 +117,12 @@ class Settled:
         """The motion of a mechanism, from the answer of a cell."""
         return cls(mechanism, End.read(plain["end"]), plain["values"], plain["orbit"], plain["radius"])
 
+    @classmethod
+    def found(cls, mechanism: Mechanism, answer: Mapping[str, Any], how: Plan) -> Settled:
+        """The motion of a mechanism, as `attractor.settle` answers."""
+        turns = {"exponent_turns": ((), how.lyapunov_turns)}
+        return cls(mechanism, answer["end"], answer["values"] | turns)
+
     @property
     def period(self) -> int:
         """Turns after which the motion repeats; 0 for none."""
@@ -128,7 +135,8 @@ class Settled:
             float(self.value(f"section_{name}"))
             for name in ("exponent_per_turn", "standard_error_per_turn", "batch_correlation")
         )
-        sure = bool(exponent > ERRORS * widened(error, correlation))
+        turns = float(self.value("exponent_turns"))
+        sure = bool(exponent > max(ERRORS * widened(error, correlation), np.log(turns) / turns))
         lost = bool(np.any(np.asarray(self.value("contact_fraction", 1.0)) < 1.0))
         return {"contact_loss": lost, "doubling": self.period != 1, "chaos": self.period == 0 and sure}
 
@@ -272,5 +280,5 @@ def followed(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
         answer = settle(mechanism, start, how)
         if answer["status"]:
             raise Unsettled(answer["status"])
-        known[key] = Settled(mechanism, answer["end"], answer["values"]).plain()
+        known[key] = Settled.found(mechanism, answer, how).plain()
     return Settled.of(mechanism, known[key])

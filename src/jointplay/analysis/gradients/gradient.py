@@ -224,7 +224,7 @@ def gradient(
     limit, shape = rules.steps(motion["max_steps"]), (len(quantities), len(keys))
     initial, rtol = motion["initial"], motion["rtol"]
     values, slopes, error = np.full(shape[0], np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
-    status, near, equal, run = 0, (np.nan, np.nan, np.nan), False, None
+    status, near, equal, run, neutral = 0, (np.nan, np.nan, np.nan), False, None, False
     try:
         start = _start(mechanism, initial)
         cut = start_section(mechanism, start, turns, rtol, limit, section)
@@ -243,14 +243,14 @@ def gradient(
             changed_orbit = selection.derivatives(found, changes, asked)
             values[orbits], slopes[orbits], error[orbits], equal = changed_orbit
     except ArithmeticError as stop:
-        status = int(stop.args[0])
+        status, neutral = int(stop.args[0]), isinstance(stop, selection.Neutral)
     opened = run is not None and not status and bool(np.isnan(slopes[~orbits]).any())
     present = np.array([_present(mechanism, key, initial) for key in keys])
     parting = gradient_dataset.sensitive(values[~orbits], present, slopes[~orbits], error[~orbits])
     verdict = gradient_dataset.verdict(near, equal, opened, parting)
     through = status == Status.NO_DERIVATIVE or (run is not None and status == Status.CHATTER)
-    if through:  # the motion goes on, its derivatives do not
-        status, verdict = 0, VERDICTS.index("simultaneous_events")
+    if through or neutral:  # the motion goes on, its derivatives do not
+        status, verdict = 0, VERDICTS.index("neutral" if neutral else "simultaneous_events")
     if verdict and not status:
         warn(f"a derivative hardly exists here: {WHY[VERDICTS[verdict]]}")
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -345,13 +345,12 @@ def _orbit(cut: SectionMap, transient: int, progress: Any) -> Orbit:
 
 
 def _moving(orbit: Orbit, cut: SectionMap, directions: Directions) -> tuple[Model, Directions]:
-    """The orbit's model at its start, and the derivative of its state there: dx = (I - DP)^-1 dP/dp."""
+    """The orbit's model at its start, and the derivative of its state there."""
     state, _ = at_phase(orbit, cut.phase)
     section = replace(orbit.map, phase=cut.phase)
     image = selection.reached(section.image(state, directions=directions))
-    moves = np.linalg.solve(np.eye(len(section.free)) - image.derivative, image.along)
     starts = np.zeros_like(directions.starts)
-    starts[:, section.free] = moves.T * section.scale[section.free]
+    starts[:, section.free] = selection.moves_of(image).T * section.scale[section.free]
     return moved(section.model, state), replace(directions, starts=starts)
 
 

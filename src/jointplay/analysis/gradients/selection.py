@@ -30,6 +30,7 @@ from jointplay.solver.mechanism.directions import AT_ZERO, SIDES, slope
 from jointplay.solver.mechanism.parameters import EXAMPLE, INITIAL, NAMED, Parameter
 from jointplay.solver.mechanism.paths import parts_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.method.codes import Status
 
 T = TypeVar("T", bound=Any)
 POINTS = ("end", "largest", "smallest")
@@ -43,6 +44,7 @@ MULTIPLIERS = {  # what is asked of one, by its number: units
 }
 LONGEST, SHORTER, STEPS = 2e-2, 1 / 3, 7  # first step, of the parameter; the next in each; how many
 SHARPER, FINEST = 1e-2, 1e-13  # tolerance of the runs in that of the orbit's; the least
+NEUTRAL = 1e-9  # distance of a multiplier from 1 that is rounding
 GROWN = 10.0  # errors, in the least of longer steps, at which no shorter one is tried
 
 
@@ -51,6 +53,17 @@ def reached(found: T) -> T:
     if found.status:
         raise ArithmeticError(found.status)
     return found
+
+
+class Neutral(ArithmeticError):
+    """An orbit that lies in a family of orbits: which of them a parameter leads to, nothing says."""
+
+
+def moves_of(image: Any) -> np.ndarray:
+    """Derivative of a fixed point, dx/dp = (I - DP)^-1 dP/dp; `Neutral` where there is none."""
+    if np.min(np.abs(np.linalg.eigvals(image.derivative) - 1), initial=1.0) < NEUTRAL:
+        raise Neutral(int(Status.NOT_CONVERGED))
+    return np.linalg.solve(np.eye(len(image.derivative)) - image.derivative, image.along)
 
 
 @dataclass(frozen=True)
@@ -233,7 +246,7 @@ def change(orbit: Orbit, maps: Callable[[float], SectionMap], value: float, key:
         return replace(like, model=maps(p).model)
 
     here = reached(map_derivative(at, value, orbit.state, key=key))
-    moves = np.linalg.solve(np.eye(len(like.free)) - here.derivative, here.along[:, 0])
+    moves = moves_of(here)[:, 0]
     x = like.unknowns(orbit.state)
 
     def listed(p: float) -> np.ndarray:

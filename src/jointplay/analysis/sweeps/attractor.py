@@ -296,8 +296,10 @@ def labelled(motion: Entry, keep: int) -> Entry:
     values = values | {"n_steps": ((), motion.get("n_steps", 0))}
     if "end" in motion:
         names, state, *_ = motion["end"]
-        labels = labels | {"state": (("state",), np.array(names, dtype=str), {"long_name": "state"})}
-        values["end_state"] = (("state",), state)
+        outputs = len(labels["state"][1]) > len(names) if "state" in labels else False
+        dim = "end" if outputs else "state"  # as of `simulate`
+        labels = labels | {dim: ((dim,), np.array(names, dtype=str), {"long_name": "state"})}
+        values["end_state"] = ((dim,), state)
     rows = motion.get("points", {}).items()
     of = units("link" in labels)
     parts = {name: (dims, _padded(dims, each, keep), own) for name, (dims, each, own) in rows}
