@@ -106,6 +106,21 @@ def test_what_is_given_beside_a_shape_wins_and_is_compared():
         assert f"the shape of rod gives {value}" in text
 
 
+@pytest.mark.parametrize(("radius", "meant"), [(10.0, "; did you mean 10 mm = 0.01 m?"), (90.0, "")])
+def test_a_pin_longer_than_its_link_is_told_instead_of_the_link_s_shape(radius, meant):
+    base = jp.catalog.slider_crank(clearance=1e-5)
+    wide = {"bar": {"width": 0.03, "thickness": 0.004}, "material": "steel"}
+    links = (base.links[0], jp.Link(name="rod", length=0.12, shape=wide), base.links[2])
+    (i,) = (i for i, each in enumerate(base.joints) if not each.ideal)
+    said = {}
+    for size, key in ((radius, f"joints[{i}].radius"), (0.016, "links[1].shape.bar.width")):
+        joints = [each.model_copy(update={"radius": size} if each.radius else {}) for each in base.joints]
+        parts = dict(base) | {"links": links, "joints": tuple(joints)}
+        said[size] = only(problems_of(jp.Mechanism, **parts), f"mechanism.{key}").expected
+    assert said[radius] == f"a radius less than 0.015 m is accepted, half the width of rod{meant}"
+    assert said[0.016].startswith("a width greater than 0.032 m is accepted")
+
+
 @pytest.mark.parametrize(
     ("change", "mass", "gyration"),
     [

@@ -41,6 +41,38 @@ def test_contact_data_are_printed_as_a_person_writes_numbers():
     assert "e+" not in text
 
 
+@pytest.mark.parametrize("load", [9.0, 1200.0, 1e6])
+def test_a_value_and_its_range_are_printed_with_the_same_digits(load):
+    lines = [line.split("(")[0:2] for line in str(data(load=load)).splitlines()[:3]]
+    for value, ends in lines:
+        low, high = (number(each) for each in ends.partition(")")[0].split(" to "))
+        assert low <= number(value.split(maxsplit=1)[1]) <= high
+
+
+def number(text):
+    """A number of a printed table, without its unit."""
+    mantissa, _, power = text.strip().partition(" × 10")
+    raised = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+    return float(mantissa.split()[0]) * 10 ** int(power.split()[0].translate(raised) if power else 0)
+
+
+def test_a_load_that_no_material_bears_is_remarked():
+    said = [jp.contact_data("5 mm", "40 um", **PARTS, load=load).crushed for load in (2e3, 1e6)]
+    assert said[0] == ""
+    assert "far beyond elastic contact" in said[1]
+    assert said[1] in str(jp.contact_data("5 mm", "40 um", **PARTS, load=1e6))
+    for name in TABLE:
+        assert jp.contact_data("5 mm", "40 um", **PARTS | {"bush": name}).crushed == ""
+    loaded = {"clearance": CLEARANCE, "contact": PARTS | {"load": "1e9 N"}}
+    assert {each.key for each in doubts(linkage(**loaded))} == {"mechanism.joints[2].contact.load"}
+    assert [*doubts(linkage(**loaded).replace(as_meant=True))] == []
+
+
+def test_a_clearance_beyond_the_radius_is_refused():
+    problem = only(problems_of(jp.contact_data, "5 mm", "6 mm", **PARTS), "clearance")
+    assert problem.expected.endswith("of a bearing of 0.006 m it is 0.001")
+
+
 # The elastic approach
 
 

@@ -312,6 +312,45 @@ def test_the_unit_is_asked_for_where_a_link_has_its_mass_far_out():
     assert "write '6 kg cm²'" in said["mechanism.links[0].inertia_centre"]
 
 
+@pytest.mark.parametrize("gravity", [9810.0, -9810.0])
+def test_gravity_in_millimetres_is_doubted(gravity):
+    said = found(USUAL.replace(gravity=gravity))["mechanism.gravity"]
+    assert "1000 times that of the Earth, 9.81 m/s²" in said
+    assert said.endswith(f"write '{gravity:g} mm/s²' or {gravity / 1000:g}")
+    assert found(USUAL.replace(gravity=f"{gravity:g} mm/s²")) == {}
+    assert found(USUAL.replace(gravity=gravity, as_meant=True)) == {}
+    assert found(USUAL.replace(gravity=24.8)) == {}  # of Jupiter
+
+
+LOOSE = USUAL.replace(clearance=4e-5)
+(AT,) = (i for i, joint in enumerate(LOOSE.joints) if not joint.ideal)
+
+
+def test_a_coefficient_of_friction_in_percent_is_doubted():
+    rubbed = {name: LOOSE.replace(friction=value) for name, value in (("40", 40.0), ("1.5", 1.5))}
+    said = found(rubbed["40"])[f"mechanism.joints[{AT}].friction.coefficient"]
+    assert said.endswith("did you mean 40 %? Then write '40 %' or 0.4")
+    assert found(rubbed["40"].replace(as_meant=True)) == found(rubbed["1.5"]) == {}
+    assert found(LOOSE.replace(friction="40 %")) == {}
+
+
+@pytest.mark.parametrize(("stiffness", "unit"), [(20.0, "N/µm"), (300.0, "N/µm"), (9e2, "N/µm")])
+def test_a_contact_into_which_the_links_weight_sinks_is_doubted(stiffness, unit):
+    key = f"mechanism.joints[{AT}].contact.stiffness"
+    soft = LOOSE.replace(**{key.removeprefix("mechanism."): stiffness})
+    said = found(soft)[key]
+    assert said.startswith("the weight of the links, ")
+    assert said.endswith(f"write '{stiffness:g} {unit}' or {stiffness * 1e6:.6g}")
+    assert found(soft.replace(as_meant=True)) == found(soft.replace(gravity=0)) == {}
+
+
+def test_a_pin_longer_than_every_link_is_doubted():
+    key = f"mechanism.joints[{AT}].radius"
+    wide = LOOSE.replace(**{key.removeprefix("mechanism."): 10.0})
+    assert found(wide)[key].endswith("did you mean 10 mm = 0.01 m?")
+    assert found(wide.replace(as_meant=True)) == {}
+
+
 def test_a_whole_turn_is_an_angle_in_radians():
     table = USUAL.model_dump(mode="json")
     assert found(Mechanism(**table | {"guess": {"crank": math.tau}})) == {}

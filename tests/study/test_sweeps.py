@@ -121,6 +121,12 @@ def test_every_mistake_in_an_axis_is_told_with_its_place():
     assert problems(PAIR, "vary=1").keys() == {"vary"}
     assert "did you mean 'gap'?" in problems(PAIR, "vary.gapp=[1.0]")["vary.gapp"]
     assert problems(LINKAGE, "vary.joints.B.clearence=[1.0]").keys() == {"vary.joints.B.clearence"}
+    for given in ("['20 um']", "{start = '10 um', stop = '20 um', num = 2}"):
+        lost = problems(LINKAGE, f"vary.joints.B.clearence={given}", "vary.gravity=['9.8 m/s^2']")
+        assert lost.keys() == {"vary.joints.B.clearence"}
+        assert "did you mean 'clearance'?" in lost["vary.joints.B.clearence"]
+    case = "vary={cases = [{clearance = '1 um'}, {clearence = '2 um'}]}"
+    assert "did you mean 'clearance'?" in problems(LINKAGE, case)["vary.clearence"]
     three = ("vary.gear_ratio=[1.0]", "vary.gravity=[9.8]")
     assert problems(LINKAGE, *three).keys() == {"vary"}
     assert problems(PAIR.replace("[vary]\ngap = { start = 2.95, stop = 3.05, num = 3 }\n", "")).keys() == {

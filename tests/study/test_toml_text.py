@@ -22,6 +22,8 @@ def keys(error):
         ("t.name='crank'", ["t", "name"], "crank"),
         ("t.e={ B = 1e-5, C = 2e-5 }", ["t", "e"], {"B": 1e-5, "C": 2e-5}),
         ("list[1].m = 3", ["list", 1, "m"], 3),
+        ('t."joints.B.clearance"=["20 um"]', ["t", "joints.B.clearance"], ["20 um"]),
+        ("t.'a.b + c.d'.stop = 3", ["t", "a.b + c.d", "stop"], 3),
         ("t.v=[1, 2]", ["t", "v"], [1, 2]),
         ("t.v=a=b", ["t", "v"], "a=b"),
         ("t.v=", ["t", "v"], ""),
@@ -40,7 +42,7 @@ def test_a_change_is_read_as_toml_or_else_as_text(change, path, value):
 @pytest.mark.parametrize(
     "change",
     [*("novalue", "=1", "a..b=1", "a.=1", "[0].m=1", "a.b=1", "list[7].m=1", "list.m=1"),
-     *("t=\udcff", "t=" + chr(0xD800))],
+     *('t."a=1', 't."a"b=1', "t=\udcff", "t=" + chr(0xD800))],
 )  # fmt: skip
 def test_a_change_that_does_not_fit_is_refused(change):
     with pytest.raises(InputError) as error:

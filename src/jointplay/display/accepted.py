@@ -103,9 +103,8 @@ def _wrong_kind(key: str, spot: _Spot, given: Any, context: Mapping[str, Any]) -
     if not tags:
         known = list(dict.fromkeys(spot.kinds()))
         forms = f": one of {', '.join(map(repr, known))}" if known else ""
-        return Problem(
-            join(key, field), NOTHING, f"a {field} is needed here, to say which form this is{forms}"
-        )
+        text = f"a {field} is needed here, to say which form this is{forms}"
+        return Problem(join(key, field), NOTHING, text)
     return unknown(join(key, field), word, word, tags, field)
 
 

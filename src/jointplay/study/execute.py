@@ -263,10 +263,7 @@ def _stored(
 
 @contextmanager
 def _watched(
-    journal: Journal,
-    cells: int,
-    progress: Callable[[float], None] | None,
-    place: Callable[[str], None],
+    journal: Journal, cells: int, progress: Callable[[float], None] | None, place: Callable[[str], None]
 ) -> Iterator[None]:
     """Report progress, by the cells in the journal and by what is done of those that workers are at."""
     if progress is None:

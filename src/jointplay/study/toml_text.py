@@ -19,7 +19,7 @@ DEPTH = 16  # tables inside tables; no study needs more
 DOTS = 1000  # in one key, which takes time as their square
 BARE = re.compile(r"[\w-]+(\.[\w-]+)*", re.ASCII)  # keys that need no quotes
 LARGEST = 50_000_000  # bytes of a study file
-STEP = re.compile(r"(?:^|\.)(?P<name>[^.\[\]=\s]+)|\[(?P<index>\d{1,6})\]")
+STEP = re.compile(r"""(?:^|\.)(?:(["'])(?P<quoted>.+?)\1|(?P<name>[^.\[\]=\s"']+))|\[(?P<index>\d{1,6})\]""")
 
 
 def read_text(path: Path | str, key: str = "study file", what: str = "a study file (TOML, UTF-8)") -> str:
@@ -70,7 +70,8 @@ def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
         The parsed study; left as it is.
     changes : iterable of str
         Such as ``mechanism.clearance=1e-4``, ``mechanism.links[0].mass=0.2`` or, by an entry's name,
-        ``mechanism.links.crank.mass=0.2``. A value is read as TOML, and as a plain string where it is none.
+        ``mechanism.links.crank.mass=0.2``; what stands in quotes is one key, dots and all. A value is read as
+        TOML, and as a plain string where it is none.
 
     Returns
     -------
@@ -83,9 +84,8 @@ def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
         path, equals, value = change.partition("=")
         steps = _of_the_catalog(table, _steps(path.strip()))
         if not equals or not steps or not _is_text(change):
-            problems.append(
-                Problem("--set", change, "key.path=value, such as mechanism.clearance=1e-4, is accepted")
-            )
+            expected = "key.path=value, such as mechanism.clearance=1e-4, is accepted"
+            problems.append(Problem("--set", change, expected))
         elif problem := _set(table, steps, _value(value.strip()), change):
             problems.append(problem)
     raise_any(problems)
@@ -149,7 +149,7 @@ def _steps(path: str) -> list[str | int]:
     """``a.b[2].c`` as ['a', 'b', 2, 'c']; empty when the path is malformed."""
     matches = list(STEP.finditer(path))
     whole = "".join(match.group() for match in matches) == path and not path.startswith("[")
-    return [match["name"] or int(match["index"]) for match in matches] if whole else []
+    return [match["quoted"] or match["name"] or int(match["index"]) for match in matches] if whole else []
 
 
 def _of_the_catalog(table: dict[str, Any], steps: list[str | int]) -> list[str | int]:

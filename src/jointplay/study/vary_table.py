@@ -151,14 +151,27 @@ def vary_field(**more: Any) -> Any:
 
 
 def in_own_units(mechanism: Any, table: Any) -> Any:
-    """Bring values written with a unit into that of their parameter; `InputError` where they have another."""
+    """Bring values written with a unit into that of their parameter.
+
+    `InputError` where they have another, or where no parameter has the name, whose unit would be its own.
+    """
     if not isinstance(mechanism, Mechanism | TestSystem) or not isinstance(table, Mapping):
         return table
     table = _flat(table)
     cases = table["cases"] if isinstance(table.get("cases"), list | tuple) else ()
-    keys = {*table, *(key for case in cases if isinstance(case, Mapping) for key in case)} - {"cases", "zip"}
-    units = {key: declared_units(mechanism, key) for key in keys}
+    rows = [
+        (key, each) for case in (table, *cases) if isinstance(case, Mapping) for key, each in case.items()
+    ]
+    units = {key: declared_units(mechanism, key) for key, _ in rows if key not in ("cases", "zip")}
+    lost = {key: () for key, each in rows if key in units and units[key] is None and _texts(each)}
+    raise_any(_axis_problems(mechanism, lost, "") if lost else ())
     return in_si(table, units | {"cases": units})
+
+
+def _texts(given: Any) -> bool:
+    """Whether a list, a range or a case has a number that is written as text."""
+    each = given.values() if isinstance(given, Mapping) else given if isinstance(given, list) else [given]
+    return any(isinstance(value, str) for value in each)
 
 
 def parsed(table: Any) -> dict[str, Values]:

@@ -9,7 +9,8 @@ where it is driven. A mechanism with ``as_meant`` is doubted in nothing.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -33,6 +34,9 @@ ASIDE, APART = 2.5, 100.0  # lengths from a link's middle to its mass centre: se
 ROUNDABOUT = 5.0  # lengths: a radius of gyration is seldom more, and never APART
 UNLIKE, OFF = 0.3, 0.1  # of what a shape gives; of the length: a weighed link is seldom as far from its shape
 SOFT = 10.0  # times softer than the softest that pin and bush give, or stiffer than the stiffest: seldom
+EARTH, HEAVY = 9.81, 100.0  # m/s²
+GRIP = 2.0  # coefficient of friction: rubber on dry concrete has some 1
+YIELDING = 0.1  # of a journal's radius: a bearing into which weight presses it deeper is seldom meant
 STARRY = 1e6  # times as heavy as doubted: no matter is
 _MOMENTS = {"kg cm²": 1e-4, "kg mm²": 1e-6, "g cm²": 1e-7, "g mm²": 1e-9}  # in kg m²
 _LENGTHS = {"cm": 0.01, "mm": 1e-3}
@@ -47,9 +51,7 @@ def nonsense(mechanism: Any) -> Iterator[Problem]:
     yield from (problem for certain, problem in _links(mechanism) if certain)
     for i, joint in enumerate(mechanism.joints):
         if joint.friction and joint.friction.law == "lugre" and not joint.friction.coefficient:
-            text = (
-                "a coefficient greater than 0 is accepted with lugre: bristles that bear nothing do not bend"
-            )
+            text = "a coefficient greater than 0 is accepted with lugre: bristles without load do not bend"
             yield Problem(f"joints[{i}].friction.coefficient", 0.0, text)
     drive = mechanism.drive
     if getattr(drive, "kind", "") == "servo" and drive.speed * drive.nominal_speed < 0:
@@ -95,19 +97,15 @@ def doubts(
     if not hasattr(mechanism, "links"):
         yield from _endless(mechanism)
         return
-    yield from (_under(problem) for certain, problem in _links(mechanism) if not certain)
-    yield from map(_under, (*_lengths(mechanism), *_turned(mechanism), *_wide(mechanism)))
-    yield from map(_under, (*_unlike_its_shape(mechanism), *_unlike_its_parts(mechanism), *_tight(mechanism)))
-    yield from map(_under, _fast(mechanism.drive))
+    found = [problem for certain, problem in _links(mechanism) if not certain]
+    own = (_lengths, _turned, _pulled_or_rubbed, _unlike_its_shape, _unlike_its_parts, _played, _fast)
+    for doubted in own:
+        found += doubted(mechanism)
+    yield from (replace(problem, key=join("mechanism", problem.key)) for problem in found)
     if isinstance(initial, Mapping):
         yield from _start(mechanism, initial, apart or {})
-    level = section.value if getattr(section, "kind", "") == "plane" and section.quantity == "angle" else 0.0
-    if abs(level) > math.tau:
-        yield Problem("section.value", level, in_degrees(level))
-
-
-def _under(problem: Problem) -> Problem:
-    return Problem(join("mechanism", problem.key), problem.given, problem.expected)
+    if getattr(section, "kind", "") == "plane" and section.quantity == "angle":
+        yield from _over_a_turn([("section.value", section.value)])
 
 
 @cache
@@ -229,7 +227,7 @@ def _meant(given: float, units: Mapping[str, float], least: float, most: float) 
 
 def _lengths(mechanism: Any) -> Iterator[Problem]:
     for key, value in _in(mechanism, "m"):
-        if abs(value) > LONG and not key.endswith((".clearance", ".centre")):
+        if abs(value) > LONG and not key.endswith((".clearance", ".radius", ".centre")):
             text = f"that is more than most linkages have ({LONG:g} m){in_millimetres(value)}"
             yield Problem(key, value, text)
 
@@ -237,33 +235,59 @@ def _lengths(mechanism: Any) -> Iterator[Problem]:
 def _turned(mechanism: Any) -> Iterator[Problem]:
     names = {link.name for link in mechanism.links}
     guessed = ((f"guess.{name}", angle) for name, angle in mechanism.guess.items() if name in names)
-    for key, value in (*_in(mechanism, "rad"), *guessed):
-        if abs(value) > math.tau:
-            yield Problem(key, value, in_degrees(value))
+    yield from _over_a_turn((*_in(mechanism, "rad"), *guessed))
 
 
-def _wide(mechanism: Any) -> Iterator[Problem]:
-    length = min(link.length for link in mechanism.links)
+def _over_a_turn(angles: Iterable[tuple[str, float]]) -> Iterator[Problem]:
+    return (Problem(key, each, in_degrees(each)) for key, each in angles if abs(each) > math.tau)
+
+
+def _pulled_or_rubbed(mechanism: Any) -> Iterator[Problem]:
+    """Gravity and coefficients of friction that no place and no pair of materials has."""
+    if abs(gravity := mechanism.gravity) > HEAVY:
+        text = f"that is {abs(gravity) / EARTH:.4g} times that of the Earth, {EARTH} m/s²"
+        yield Problem("gravity", gravity, text + _meant(gravity, {"mm/s²": 1e-3}, -HEAVY, HEAVY))
+    for key, value in _in(mechanism, "1"):
+        if key.endswith(".friction.coefficient") and value > GRIP:
+            text = f"that is more than most pairs of materials have ({GRIP:g})"
+            yield Problem(key, value, text + _meant(value, {"%": 0.01}, 0, GRIP))
+
+
+def _played(mechanism: Any) -> Iterator[Problem]:
+    """Sizes and contacts of joints that do not suit the links, or what is given beside them."""
+    lengths = [link.length for link in mechanism.links]
+    length, longest = min(lengths), max(lengths)
+    weight = min(abs(mechanism.gravity), HEAVY) * sum(link.mass for link in mechanism.links)
     for i, joint in enumerate(mechanism.joints):
+        if (joint.radius or 0.0) > longest:
+            text = f"that is longer than every link, {longest:g} m at most{in_millimetres(joint.radius)}"
+            yield Problem(f"joints[{i}].radius", joint.radius, text)
         if joint.clearance > WIDE * length or joint.clearance > (joint.radius or math.inf):
-            shares = f"{joint.clearance / length:.2g} of the shortest link"
-            shares += (
-                f" and {joint.clearance / joint.radius:.2g} of the journal's radius" if joint.radius else ""
-            )
-            text = f"that is {shares}{in_millimetres(joint.clearance)}"
+            pin = f" and {joint.clearance / joint.radius:.2g} of the journal's radius" if joint.radius else ""
+            text = f"that is {joint.clearance / length:.2g} of the shortest link{pin}"
+            text += in_millimetres(joint.clearance)
             yield Problem(f"joints[{i}].clearance", joint.clearance, text)
-
-
-def _tight(mechanism: Any) -> Iterator[Problem]:
-    """Fits that leave no clearance where the pin is largest and the hole smallest."""
-    for i, joint in enumerate(mechanism.joints):
+        if joint.data and joint.data.crushed and joint.contact.parts.load:
+            yield Problem(f"joints[{i}].contact.load", joint.data.load, joint.data.crushed)
+        if not joint.ideal and joint.contact.stiffness:
+            yield from _soft(f"joints[{i}].contact.stiffness", joint, weight)
         if joint.fit and joint.limits.least < 0:
             text = f"{joint.limits}: some pins have no clearance; {joint.clearance:g} m is the mean of all"
             yield Problem(f"joints[{i}].fit", joint.fit, text)
 
 
-def _fast(drive: Any) -> Iterator[Problem]:
-    if drive is None:
+def _soft(key: str, joint: Any, weight: float) -> Iterator[Problem]:
+    """A contact into which the mere weight of the links sinks; of most laws F = K u^n."""
+    K, n = joint.contact.stiffness, joint.contact.parameters.get("exponent", 1.0)
+    depth, size = (weight / K) ** (1 / n), joint.radius or joint.half_height
+    if depth > YIELDING * size:
+        text = f"the weight of the links, {weight:.3g} N, presses so soft a contact in by {depth:.3g} m"
+        units = {"N/µm": 1e6, "N/mm": 1e3} if n == 1 else {}
+        yield Problem(key, K, text + _meant(K, units, weight / (YIELDING * size), math.inf))
+
+
+def _fast(mechanism: Any) -> Iterator[Problem]:
+    if (drive := mechanism.drive) is None:
         return
     if drive.kind == "motor":
         if drive.synchronous_speed > MAINS:
@@ -287,9 +311,8 @@ def _start(mechanism: Any, initial: Mapping[str, Any], apart: Mapping[str, float
     speed = initial.get("crank_speed")
     if speed is not None and abs(speed) > HURRY * own:
         yield _in_rpm("initial.crank_speed", speed, f"{abs(speed) / own:.3g} times what the drive turns at")
-    for name, angle in (initial.get("angle") or {}).items():
-        if abs(angle) > math.tau:
-            yield Problem(f"initial.angle.{name}", angle, in_degrees(angle))
+    angles = (initial.get("angle") or {}).items()
+    yield from _over_a_turn((f"initial.angle.{name}", angle) for name, angle in angles)
     clearances = {joint.name: joint.clearance for joint in mechanism.clearance_joints}
     for name, distance in apart.items():
         depth = distance / clearances[name] - 1

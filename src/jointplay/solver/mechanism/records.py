@@ -40,6 +40,7 @@ from jointplay.solver.mechanism.base import (
     Turn,
     accepts,
     hash_of,
+    in_millimetres,
     measured,
     named,
 )
@@ -336,9 +337,7 @@ _KINDS = "a table of kind crank_angle, contact, separation or plane (in Python a
 
 
 Section = Annotated[
-    CrankAngle | ContactSection | SeparationSection | Plane,
-    Field(discriminator="kind"),
-    accepts(_KINDS),
+    CrankAngle | ContactSection | SeparationSection | Plane, Field(discriminator="kind"), accepts(_KINDS)
 ]
 
 
@@ -422,17 +421,22 @@ class Draft:
     def _thinner_than_pins(self, joints: Sequence[Joint]) -> Iterator[Problem]:
         """Links whose shape has no room for the pin, or its hole, of a joint."""
         thickest = {}
-        for joint in joints:
+        for j, joint in enumerate(joints):
             for name in joint.links if joint.radius else ():
-                thickest[name] = max(thickest.get(name, (0.0, "")), (2 * joint.radius, joint.name))
+                thickest[name] = max(thickest.get(name, (0.0, j)), (joint.radius, j))
         for i, (name, link) in enumerate(self.links):
             if not (link and link.shape and name in thickest):
                 continue
-            (key, across), (pin, joint) = link.shape.across, thickest[name]
-            if across <= pin:
-                size = f"a {key.partition('.')[2]} greater than {pin:g} m is accepted"
-                text = f"{size}: the pin of joint {joint} is that thick"
-                yield Problem(f"links[{i}].shape.{key}", across, text)
+            (key, across), (radius, j) = link.shape.across, thickest[name]
+            size = key.partition(".")[2]
+            if across <= 2 * radius and radius > link.length:  # then the pin is meant otherwise
+                meant = in_millimetres(radius) if 2 * radius / 1000 < across else ""
+                text = f"a radius less than {across / 2:g} m is accepted, half the {size} of {name}{meant}"
+                yield Problem(f"joints[{j}].radius", radius, text)
+            elif across <= 2 * radius:
+                text = f"a {size} greater than {2 * radius:g} m is accepted"
+                that = f"the pin of joint {joints[j].name} is that thick"
+                yield Problem(f"links[{i}].shape.{key}", across, f"{text}: {that}")
 
     def _unfit_guides(self, joints: Sequence[Joint]) -> Iterator[Problem]:
         """Links that bend at a guide, and guides whose contacts are called as another joint."""

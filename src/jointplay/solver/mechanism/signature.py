@@ -334,8 +334,6 @@ def _by_name(
         expected = f"{known} by position, all else by keyword is accepted"
         raise InputError([Problem(function, values[len(places) :], expected)])
     placed = dict(zip(places, values, strict=False))
-    if twice := placed.keys() & named.keys():
-        raise InputError(
-            Problem(name, named[name], "once is accepted, not by position too") for name in twice
-        )
+    once = "once is accepted, not by position too"
+    raise_any(Problem(name, named[name], once) for name in placed.keys() & named.keys())
     return placed | named

@@ -74,10 +74,9 @@ def _unwound(mechanism: Mechanism, structure: Linkage) -> Iterator[Problem]:
     for i, spring in enumerate(mechanism.springs):
         for end, link in zip(("from", "to"), spring.links, strict=True):
             if spring.twists and link in structure.dependent:
-                text = (
-                    "a link whose angle follows from no ideal loop or guide is accepted: this one's is known"
-                )
-                yield Problem(f"mechanism.springs[{i}].{end}", link, f"{text} up to whole turns only")
+                text = "a link whose angle follows from no ideal loop or guide is accepted"
+                text += ": this one's is known up to whole turns only"
+                yield Problem(f"mechanism.springs[{i}].{end}", link, text)
 
 
 def _clearances(joint: Joint, forest: Forest) -> Iterator[Clearance]:

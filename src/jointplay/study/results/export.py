@@ -100,9 +100,8 @@ def _csv(dataset: xr.Dataset, over: Sequence[str] | None) -> bytes:
     largest = max(dataset.variables.values(), key=lambda variable: variable.size, default=xr.Variable((), 0))
     rows = list(dict.fromkeys(over or (dim for dim in largest.dims if dim not in names)))
     if not rows:
-        raise refuse(
-            NOTHING, "a result with dimensions is accepted for a table; a .mat file holds any", "result"
-        )
+        expected = "a result with dimensions is accepted for a table; a .mat file holds any"
+        raise refuse(NOTHING, expected, "result")
     told = words(dataset)
     told = told.assign_coords({dim: told[dim] for dim in rows})  # of a dimension without values, 0, 1, …
     every = [name for name in dict.fromkeys((*told.coords, *told.variables)) if name not in rows]

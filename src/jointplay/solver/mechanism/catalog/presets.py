@@ -12,14 +12,7 @@ from typing import Annotated, Any
 
 from jointplay.display.errors import raise_any, unknown
 from jointplay.display.number_text import typed
-from jointplay.solver.mechanism.base import (
-    LONGEST,
-    Name,
-    Place,
-    Positive,
-    accepts,
-    unit,
-)
+from jointplay.solver.mechanism.base import LONGEST, Name, Place, Positive, accepts, unit
 from jointplay.solver.mechanism.catalog.preset_parts import (
     Coefficient,
     Damping,

@@ -117,11 +117,7 @@ def _decomposed(
 
 
 def _steps(
-    plan: Plan,
-    known: Collection[str],
-    joints: Sequence[Joint],
-    rank: dict[str, int],
-    groups: Iterator[Plan],
+    plan: Plan, known: Collection[str], joints: Sequence[Joint], rank: dict[str, int], groups: Iterator[Plan]
 ) -> Iterator[Plan]:
     """Next plans: with the driven link, a dyad or group, one more free link, or one that floats."""
     rest = sorted((name for name in rank if name is not None and name not in known), key=rank.get)

@@ -263,10 +263,8 @@ def ideal_configuration(mechanism: Mechanism, crank_angle: float, crank_speed: f
     _, J = closure.equations(x, held)
     scale = np.linalg.svd(J / np.linalg.norm(J, axis=1, keepdims=True), compute_uv=False)
     if len(scale) < len(x) or scale[-1] < FLAT * scale[0]:
-        accepted = (
-            "a crank angle away from the dead centre, where the crank determines no speeds, is accepted"
-        )
-        raise refuse(crank_angle, accepted, "initial.crank_angle")
+        text = "a crank angle away from the dead centre, where the crank determines no speeds, is accepted"
+        raise refuse(crank_angle, text, "initial.crank_angle")
     right = np.zeros(len(J))
     right[2 * len(mechanism.joints)] = crank_speed
     return closure.state(x, np.linalg.lstsq(J, right, rcond=None)[0])

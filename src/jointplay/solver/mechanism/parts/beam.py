@@ -564,9 +564,7 @@ def bending_problems(link: Link) -> list[Problem]:
     """
     ends = (0.0, link.length)
     if wrong := [(i, point.at) for i, point in enumerate(link.masses) if point.at not in ends]:
-        text = (
-            f"0 or {link.length:g} m is accepted: between its ends, a mass on an elastic link would bend it"
-        )
+        text = f"0 or {link.length:g} m is accepted: between its ends a mass on an elastic link would bend it"
         return [Problem(f"masses[{i}].at", at, text) for i, at in wrong]
     link = link.total
     with np.errstate(all="ignore"):

@@ -50,10 +50,8 @@ Method = Annotated[Literal["hertz", "johnson", "dubowsky_freudenstein", "liu"], 
 Lubrication = Annotated[Literal["greased", "dry"], Field()]
 ROUGHNESS, SPEED = 4e-7, 0.1  # m; m/s
 USUAL_PRESSURE = 5e6  # Pa, over the projected area 2 R L: of bushes in machines
-NARROW, DEEP = (
-    0.5,
-    0.25,
-)  # where formulas of narrow contacts end: of R and t; of the depth where they turn back
+NARROW, DEEP = 0.5, 0.25  # formulas of narrow contacts end there: of R, t; of the depth where they turn back
+BORNE = 0.02  # of the softer modulus: no material bears a larger pressure, but rubber
 BEYOND = 1.5  # to either side, of a stiffness: what no method has, as edges, a loose bush, the boss around it
 _SHEAR = 0.9  # share of a round section that bears shear
 _HEIGHTS = 1.25 * math.sqrt(2)  # root mean square of two rough surfaces over the Ra of each
@@ -106,10 +104,9 @@ class PinInBush(Record):
     @property
     def friction(self) -> Estimate:
         """Coefficient of friction."""
-        known = self.softer.known
-        return Estimate(
-            *getattr(known, self.lubrication), "1", f"{self.softer.name}, {self.lubrication}: {known.sources}"
-        )
+        known, lubrication = self.softer.known, self.lubrication
+        source = f"{self.softer.name}, {lubrication}: {known.sources}"
+        return Estimate(*getattr(known, lubrication), "1", source)
 
 
 class Estimate(NamedTuple):
@@ -133,7 +130,8 @@ class Estimate(NamedTuple):
 
     def __str__(self) -> str:
         units = "" if self.units == "1" else f" {self.units}"
-        return f"{plain(self.value, 4)}{units} ({plain(self.low, 3)} to {plain(self.high, 3)}), {self.source}"
+        value, low, high = (plain(each, 4) for each in self[:3])
+        return f"{value}{units} ({low} to {high}), {self.source}"
 
 
 class _Pressed(NamedTuple):
@@ -187,6 +185,16 @@ class ContactData:
         return 2 * self.load / (math.pi * self.parts.length * self._pressed(self.method).half_width)
 
     @property
+    def crushed(self) -> str:
+        """Remark on a load beyond what any material bears; empty of others."""
+        softer, mean = self.parts.softer, USUAL_PRESSURE / 1e6
+        if self.pressure <= BORNE * softer.modulus:
+            return ""
+        share = f"{plain(self.pressure / softer.modulus, 3)} times the modulus of {softer.name}"
+        beyond = f"that is a pressure of {share}, far beyond elastic contact, which the formulas assume"
+        return f"{beyond}; bushes of machines bear some {mean:g} MPa"
+
+    @property
     def methods(self) -> dict[str, float]:
         """Force over approach by each method that holds at the load, N/m."""
         names = [name for name in _METHODS if self._pressed(name).holds]
@@ -221,12 +229,10 @@ class ContactData:
     @property
     def restitution(self) -> Estimate:
         """Coefficient of restitution at the speed of a blow."""
-        given, speed = self.parts.restitution, f"at {self.parts.speed:g} m/s"
+        given, softer, speed = self.parts.restitution, self.parts.softer, f"at {self.parts.speed:g} m/s"
         if given:
             return Estimate(given, max(0.05, given - 0.2), min(1.0, given + 0.2), "1", f"given, {speed}")
-        return Estimate(
-            *self.parts.softer.known.restitution, "1", f"{self.parts.softer.name}, {speed}: estimate"
-        )
+        return Estimate(*softer.known.restitution, "1", f"{softer.name}, {speed}: estimate")
 
     @property
     def dissipation(self) -> Estimate:
@@ -261,10 +267,10 @@ class ContactData:
     def __str__(self) -> str:
         names = ("stiffness", "exponent", "secant", "restitution", "dissipation", "friction")
         lines = [f"{name:<12}{getattr(self, name)}" for name in names]
-        wide, most = math.degrees(self.half_angle), self.pressure / 1e6
+        wide, most = math.degrees(self.half_angle), plain(self.pressure / 1e6, 3)
         others = ", ".join(f"{name} {plain(value, 3)}" for name, value in self.methods.items())
-        lines += [f"contact     {wide:.3g} degrees to either side, {most:.3g} MPa", f"N/m by      {others}"]
-        return "\n".join(lines)
+        lines += [f"contact     {wide:.3g} degrees to either side, {most} MPa", f"N/m by      {others}"]
+        return "\n".join([*lines, *([f"load        {self.crushed}"] if self.crushed else [])])
 
     def _moduli(self, side: int) -> tuple[float, float]:
         return self.parts.pin.moduli[side], self.parts.bush.moduli[side]
@@ -285,9 +291,8 @@ class ContactData:
     def _bent(self, side: int) -> float:
         E, L, R = self._moduli(side)[0], self.parts.length, self.radius
         bending = L**3 / (120 * E * math.pi * R**4 / 4)
-        return self.load * (
-            bending + L * (1 + self.parts.pin.poisson_ratio) / (6 * _SHEAR * E * math.pi * R**2)
-        )
+        shear = L * (1 + self.parts.pin.poisson_ratio) / (6 * _SHEAR * E * math.pi * R**2)
+        return self.load * (bending + shear)
 
     @property
     def _flattened(self) -> float:
@@ -295,13 +300,9 @@ class ContactData:
 
 
 def _hertz(data: ContactData, E_j: float, E_b: float) -> _Pressed:
-    R, e, nu_j, nu_b = (
-        data.radius,
-        data.clearance,
-        data.parts.pin.poisson_ratio,
-        data.parts.bush.poisson_ratio,
-    )
-    w, wall = data.load / data.parts.length, data.parts.wall or R
+    parts, R, e = data.parts, data.radius, data.clearance
+    nu_j, nu_b = parts.pin.poisson_ratio, parts.bush.poisson_ratio
+    w, wall = data.load / parts.length, parts.wall or R
     c_j, c_b = (1 - nu_j**2) / (math.pi * E_j), (1 - nu_b**2) / (math.pi * E_b)
     a = 2 * math.sqrt(w * R * (R + e) / e * (c_j + c_b))
     u = w * c_j * (2 * math.log(4 * R / a) - 1) + w * c_b * (2 * math.log(2 * wall / a) - nu_b / (1 - nu_b))
@@ -334,9 +335,8 @@ def _conforming(F: float, S: float, e: float) -> float:
     from scipy.optimize import brentq
 
     p = 8 * (F / S) ** 2
-    return brentq(
-        lambda u: u**3 - p * (e + u), 0.0, math.sqrt(p) + (p * e) ** (1 / 3), xtol=1e-18, rtol=1e-14
-    )
+    most = math.sqrt(p) + (p * e) ** (1 / 3)
+    return brentq(lambda u: u**3 - p * (e + u), 0.0, most, xtol=1e-18, rtol=1e-14)
 
 
 @lru_cache(maxsize=256)
@@ -348,12 +348,19 @@ def damping_factor(restitution: float) -> float:
     if e >= 1:
         return 0.0
     near = 3 * (1 - e**2) / (2 * (1 + e**3))  # the root to first order of 1 - e
-    return brentq(
-        lambda d: d * (1 + e) - math.log((1 + d) / (1 - d * e)), near / 4, (1 - 1e-15) / e, rtol=1e-14
-    )
+    ends = near / 4, (1 - 1e-15) / e
+    return brentq(lambda d: d * (1 + e) - math.log((1 + d) / (1 - d * e)), *ends, rtol=1e-14)
 
 
-@checked()
+def _no_radius(radius: float, clearance: float) -> Iterator[Problem]:
+    """Yield a problem where a bearing's radius is given as its clearance."""
+    if clearance >= radius:
+        text = f"a clearance less than the radius, {radius:g} m, is accepted: the difference of the two radii"
+        meant = f"; of a bearing of {clearance:g} m it is {clearance - radius:.6g}" * (clearance > radius)
+        yield Problem("clearance", clearance, text + meant)
+
+
+@checked(_no_radius)
 def contact_data(
     radius: Annotated[Positive, unit("radius", "m")],
     clearance: Annotated[Positive, unit("radial clearance", "m")],
@@ -413,16 +420,6 @@ def _pairs_fit(modulus: Any, poisson_ratio: Any) -> Iterator[Problem]:
         pair = _pair(given)
         if len(pair) != 2 or not all(is_number(each) and fit(each) for each in pair):
             yield Problem(name, given, f"a number {accepted}, or a pair of them, is accepted")
-
-
-def _no_radius(radius: float, clearance: float) -> Iterator[Problem]:
-    """Yield a problem where a bearing's radius is given as its clearance."""
-    if clearance >= radius:
-        text = f"a clearance less than the radius, {radius:g} m, is accepted: the difference of the two radii"
-        meant = (
-            f"; of a bearing of {clearance:g} m it is {clearance - radius:.6g}" if clearance > radius else ""
-        )
-        yield Problem("clearance", clearance, text + meant)
 
 
 @checked(_pairs_fit, _no_radius)

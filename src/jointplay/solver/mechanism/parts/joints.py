@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
 from jointplay.display.accepted import units_of
-from jointplay.display.errors import NOTHING, InputError, Problem, refuse
+from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, refuse
 from jointplay.display.number_text import measure
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.equations.structure import CORNERS
@@ -306,10 +306,9 @@ def _resolved(contact: Contact, joint: Mapping[str, Any]) -> Contact:
     data = ContactData(contact.parts, joint["radius"], joint["clearance"])
     data.check()
     made = contact.with_numbers(data.numbers(contact.law, contact.given) | contact.given)
-    needed = [name for name, value in made.numbers.items() if value is None]
-    if needed:
-        text = f"needed beside pin and bush, of which it does not follow with law = {contact.law!r}"
-        raise InputError(Problem(place_of(name), NOTHING, f"a {name} is {text}") for name in needed)
+    needed = (name for name, value in made.numbers.items() if value is None)
+    text = f"needed beside pin and bush, of which it does not follow with law = {contact.law!r}"
+    raise_any(Problem(place_of(name), NOTHING, f"a {name} is {text}") for name in needed)
     return made
 
 
