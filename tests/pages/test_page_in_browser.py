@@ -177,11 +177,11 @@ def test_the_command_of_a_point_computes_it_again(chromium, tmp_path, monkeypatc
     path, _ = jp.report(whole, tmp_path / "cells.html")
     opened(chromium, path, "#cell=1 1")
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "cells.toml").write_text(text(chromium, "study"), encoding="utf-8")
     program, *words = shlex.split(text(chromium, "cell-command"))
-    assert program == "jointplay"
+    assert [program, *words[:2]] == ["jointplay", "run", "cells_page.toml"]
+    (tmp_path / words[1]).write_text(text(chromium, "study"), encoding="utf-8")
     assert main(words) == 0
-    again = jp.open("one_cell/cells.nc")
+    again = jp.open("one_cell/cells_page.nc")
     wanted = whole.isel(gap=[1], restitution=[1])
     assert again.lyapunov_exponent.identical(wanted.lyapunov_exponent)
 

@@ -45,6 +45,7 @@ def test_a_vibration_of_few_samples_a_cycle_is_its_envelope(turns):
     assert np.abs(np.abs(y[middle] - 100) - 20).max() < 0.1  # no beat: the edges are straight
     assert np.isnan(ax.lines[0].get_ydata()).all()
     assert notes(ax) == []
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [envelope.BAND]
 
 
 def test_what_the_samples_miss_is_told():
@@ -64,6 +65,7 @@ def test_a_vibration_of_many_samples_a_cycle_is_its_curve():
     early[0] = 1e6  # of the time before the first sample, which is not shown
     ax = panel(data.assign(highest_normal_force=early))
     assert not ax.collections
+    assert ax.get_legend() is None
     assert notes(ax) == []
     x, y = ax.lines[0].get_data()
     there = np.isin(x, 1e3 * data.time.values)
