@@ -165,6 +165,17 @@ def test_a_hundred_thousand_points_are_an_image_in_a_small_page(chromium, tmp_pa
     assert complaints(chromium) == []
 
 
+def test_a_table_of_147_characters_is_seen_whole(chromium, page):
+    opened(chromium, page)
+    widths = chromium.execute_script(
+        """const it = document.createElement("pre");
+        it.textContent = "0".repeat(147);
+        document.getElementById("numbers").append(it);
+        return [it.scrollWidth, it.clientWidth]"""
+    )
+    assert widths[0] == widths[1]
+
+
 def test_without_scripts_the_picture_is_there(page):
     html = page.read_text(encoding="utf-8")
     inside = html[html.index("<noscript>") : html.index("</noscript>")]

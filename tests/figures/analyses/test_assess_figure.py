@@ -27,10 +27,15 @@ def test_parameters_that_were_not_looked_at_have_words_and_no_axes():
     axes = figures.draw(found, {"kind": "assess"}).axes
     for ax, what in zip(axes[:2], ("force", "impact speed"), strict=True):
         (text,) = ax.texts
-        assert text.get_text().replace("\n", " ") == f"Largest {what} over radial clearance of joint B: not looked at"
+        assert (
+            text.get_text().replace("\n", " ")
+            == f"Largest {what} over radial clearance of joint B: not looked at"
+        )
         assert not ax.lines
         assert ax.get_legend() is None
-        assert not any(tick.label1.get_visible() or tick.tick1line.get_visible() for tick in ax.xaxis.get_major_ticks())
+        assert not any(
+            tick.label1.get_visible() or tick.tick1line.get_visible() for tick in ax.xaxis.get_major_ticks()
+        )
     assert axes[2].lines
     found["curve_status"][:] = Status.NOT_RUN
     assert not figures.draw(found, {"kind": "assess"}).legends
