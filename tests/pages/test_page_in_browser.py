@@ -192,7 +192,7 @@ def test_the_command_of_a_point_computes_it_again(chromium, tmp_path, monkeypatc
     assert [program, *words[:2]] == ["jointplay", "run", "cells_page.toml"]
     (tmp_path / words[1]).write_text(text(chromium, "study"), encoding="utf-8")
     assert main(words) == 0
-    again = jp.open("one_cell/cells_page.nc")
+    again = jp.open("one_cell/cells.nc")
     wanted = whole.isel(gap=[1], restitution=[1])
     assert again.lyapunov_exponent.identical(wanted.lyapunov_exponent)
 
