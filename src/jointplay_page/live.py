@@ -66,7 +66,7 @@ def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str
             for key in keys[::-1]
             if name in key.split(".") and len(paths[key]) == 1
         },
-        "file": shlex.quote(f"{file_stem(mechanism)}.toml"),
+        "file": shlex.quote(f"{file_stem(mechanism)}{texts.SAVED}"),
         "study": study(mechanism),
     }
     return with_ideal(found, mechanism), ""

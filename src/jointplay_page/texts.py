@@ -20,6 +20,7 @@ from jointplay.study import toml_text
 from jointplay.study.file import validate
 
 ENTRIES = 12  # of a variable, that are numbers to be read
+SAVED = "_page.toml"  # ends the name of a saved study: the file that it came from stays as it is
 LONGEST = 300  # characters of a number or text
 
 
@@ -77,7 +78,7 @@ def again(record: dict[str, Any]) -> str:
         listed = "; ".join(changed[:ENTRIES]) + (" and more" if changed[ENTRIES:] else "")
         words = f"The run had other values than the study: {listed}."
     words = f"{words} The result itself knows what was run; beside it, this computes it again:"
-    result = name.removesuffix(".toml") + ".nc"
+    result = name.removesuffix(SAVED) + ".nc"
     return f"<p>{escape(words)}</p>{copied('again', f'jointplay run {shlex.quote(result)} --out again')}"
 
 
@@ -105,9 +106,9 @@ def leaves(node: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def file_name(record: dict[str, Any]) -> str:
-    """Return the name of a study's file."""
+    """Return the name of a file for a study that a page has."""
     study = record.get("study")
-    return f"{(study.get('name') if isinstance(study, dict) else '') or 'study'}.toml"
+    return f"{(study.get('name') if isinstance(study, dict) else '') or 'study'}{SAVED}"
 
 
 def copied(name: str, text: str) -> str:

@@ -74,6 +74,7 @@ def test_without_scripts_picture_and_numbers_are_there(monkeypatch, tmp_path, ca
     assert 'src="data:image/png;base64,iVBOR' in inside
     assert "<th>clearance of B</th><td>290 µm</td>" in html
     assert re.search(r'<section id="live" hidden>', html)
+    assert "Save the study as <code>chunmei2002_page.toml</code>" in html  # not over its own file
 
 
 @pytest.mark.parametrize(

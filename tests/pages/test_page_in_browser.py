@@ -165,6 +165,17 @@ def test_a_hundred_thousand_points_are_an_image_in_a_small_page(chromium, tmp_pa
     assert complaints(chromium) == []
 
 
+def test_a_table_of_147_characters_is_seen_whole(chromium, page):
+    opened(chromium, page)
+    widths = chromium.execute_script(
+        """const it = document.createElement("pre");
+        it.textContent = "0".repeat(147);
+        document.getElementById("numbers").append(it);
+        return [it.scrollWidth, it.clientWidth]"""
+    )
+    assert widths[0] == widths[1]
+
+
 def test_without_scripts_the_picture_is_there(page):
     html = page.read_text(encoding="utf-8")
     inside = html[html.index("<noscript>") : html.index("</noscript>")]
@@ -177,9 +188,9 @@ def test_the_command_of_a_point_computes_it_again(chromium, tmp_path, monkeypatc
     path, _ = jp.report(whole, tmp_path / "cells.html")
     opened(chromium, path, "#cell=1 1")
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "cells.toml").write_text(text(chromium, "study"), encoding="utf-8")
     program, *words = shlex.split(text(chromium, "cell-command"))
-    assert program == "jointplay"
+    assert [program, *words[:2]] == ["jointplay", "run", "cells_page.toml"]
+    (tmp_path / words[1]).write_text(text(chromium, "study"), encoding="utf-8")
     assert main(words) == 0
     again = jp.open("one_cell/cells.nc")
     wanted = whole.isel(gap=[1], restitution=[1])

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from jointplay import figures
+from jointplay.solver import Status
 from tests.figures.support.synthetic_assessment import KEYS, assessment
 
 
@@ -18,3 +19,23 @@ def test_a_grade_ends_where_it_changes_and_else_in_the_middle_of_two_values(chan
     spans = [patch.get_extents().transformed(ax.transData.inverted()).x1 for patch in ax.patches]
     expected = end or np.sqrt(ratios[first] * ratios[first - 1])
     assert min(abs(x - 200 * expected) for x in spans) < 1e-6 * 200
+
+
+def test_parameters_that_were_not_looked_at_have_words_and_no_axes():
+    found = assessment()
+    found["curve_status"].loc[{"parameter": KEYS[0]}] = Status.NOT_RUN
+    axes = figures.draw(found, {"kind": "assess"}).axes
+    for ax, what in zip(axes[:2], ("force", "impact speed"), strict=True):
+        (text,) = ax.texts
+        assert (
+            text.get_text().replace("\n", " ")
+            == f"Largest {what} over radial clearance of joint B: not looked at"
+        )
+        assert not ax.lines
+        assert ax.get_legend() is None
+        assert not any(
+            tick.label1.get_visible() or tick.tick1line.get_visible() for tick in ax.xaxis.get_major_ticks()
+        )
+    assert axes[2].lines
+    found["curve_status"][:] = Status.NOT_RUN
+    assert not figures.draw(found, {"kind": "assess"}).legends

@@ -5,17 +5,64 @@ from itertools import combinations
 import numpy as np
 import pytest
 from matplotlib.patches import Circle
+from matplotlib.path import Path
 
 from jointplay import catalog, figures
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.mechanism.start import start_pose
 
+
+def linkage(lengths, joints, **more):
+    """Links of lengths in mm, pins or guides between two of them at places in mm; the crank turns."""
+    links = [
+        {"name": name, "length": 1e-3 * size, "mass": 0.1, "inertia_centre": 1e-5}
+        for name, size in lengths.items()
+    ]
+
+    def end(link, at, **direction):
+        place = {"point": [1e-3 * each for each in at]} if link == "ground" else {"at": 1e-3 * at}
+        return {"link": link} | place | direction
+
+    parts = [
+        {"name": name, "journal": end(*journal), "bearing": end(*bearing)}
+        for name, journal, bearing in joints
+    ]
+    for name, angle in more.pop("guides").items():
+        part = next(each for each in parts if each["name"] == name)
+        part["kind"] = "prismatic"
+        part["bearing"]["direction"] = angle
+    drive = {"kind": "speed", "link": "crank", "speed": 10.0}
+    return Mechanism(name="own", links=links, joints=parts, drive=drive, **more)
+
+
+def yoke():
+    joints = [("O", ("crank", 0), ("ground", (0, 0))), ("P", ("crank", 25), ("block", 0))]
+    joints += [("S", ("block", 0), ("yoke", 0)), ("G", ("yoke", 0), ("ground", (0, 0)))]
+    guides, guess = (
+        {"S": "-90 deg", "G": "90 deg"},
+        {"crank": 0, "block": 0, "yoke": "90 deg", "S": 0, "G": 0},
+    )
+    return linkage({"crank": 25, "block": 20, "yoke": 100}, joints, guides=guides, guess=guess)
+
+
+def toggle():
+    joints = [("O", ("crank", 0), ("ground", (0, 0))), ("A", ("crank", 30), ("rod", 0))]
+    joints += [("K", ("rod", 180), ("upper", 120)), ("U", ("upper", 0), ("ground", (210, 110)))]
+    joints += [("L", ("upper", 120), ("lower", 0)), ("R", ("lower", 120), ("ram", 0))]
+    joints += [("G", ("ram", 0), ("ground", (210, 0)))]
+    guess = {"crank": 0, "rod": 0, "upper": "-100 deg", "lower": "-80 deg", "ram": "90 deg"}
+    lengths = {"crank": 30, "rod": 180, "upper": 120, "lower": 120, "ram": 60}
+    return linkage(lengths, joints, guides={"G": "90 deg"}, guess=guess)
+
+
 SCENES = {
     "four-bar": lambda: catalog.chunmei2002(clearance={"B": 2.9e-4, "C": 2.9e-5}, elastic=("coupler",)),
     "slider-crank": lambda: catalog.slider_crank(clearance={"B": 1e-4}),
     "six-bar": lambda: catalog.stephenson(),
     "quick return": lambda: catalog.quick_return(),
+    "Scotch yoke": yoke,
+    "toggle press": toggle,
 }
 SPRINGS = [
     {
@@ -58,6 +105,21 @@ def test_everything_is_named_and_no_name_lies_on_another(scene):
     assert {*boxes} >= {part.name for part in (*mechanism.links, *mechanism.joints)}
     for (one, a), (other, b) in combinations(boxes.items(), 2):
         assert not a.shrunk(0.7, 0.7).overlaps(b.shrunk(0.7, 0.7)), (one, other)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_no_name_lies_on_what_is_drawn(scene):
+    ax = figures.draw(SCENES[scene]()).axes[0]
+    drawn = [
+        Path(line)
+        for each in (*ax.lines, *ax.patches)
+        for line in each.get_path().to_polygons(each.get_transform(), closed_only=False)
+    ]
+    for text in ax.texts:
+        if text.get_rotation() == 0.0:
+            box = text.get_window_extent()
+            box = box.shrunk(0.8, 0.6).translated(0.1 * box.width, 0.2 * box.height)
+            assert not any(path.intersects_bbox(box, filled=False) for path in drawn), text.get_text()
 
 
 def test_springs_loads_and_what_drives_are_told():

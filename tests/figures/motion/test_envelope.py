@@ -45,6 +45,7 @@ def test_a_vibration_of_few_samples_a_cycle_is_its_envelope(turns):
     assert np.abs(np.abs(y[middle] - 100) - 20).max() < 0.1  # no beat: the edges are straight
     assert np.isnan(ax.lines[0].get_ydata()).all()
     assert notes(ax) == []
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [envelope.BAND]
 
 
 def test_what_the_samples_miss_is_told():
@@ -64,6 +65,7 @@ def test_a_vibration_of_many_samples_a_cycle_is_its_curve():
     early[0] = 1e6  # of the time before the first sample, which is not shown
     ax = panel(data.assign(highest_normal_force=early))
     assert not ax.collections
+    assert ax.get_legend() is None
     assert notes(ax) == []
     x, y = ax.lines[0].get_data()
     there = np.isin(x, 1e3 * data.time.values)
@@ -118,7 +120,8 @@ def test_the_top_of_the_curve_is_the_force_that_is_printed(motion):
         drawn = [line.get_ydata() for line in ax.lines]
         top = max(np.max(y[np.isfinite(y)], initial=0.0) for y in drawn)
         assert top == largest
-        assert ax.get_legend() is None  # the ideal guide G has no normal force, and is no gap
+        names = ax.get_legend_handles_labels()[1]
+        assert {*names} <= {envelope.BAND}  # the ideal guide G has no normal force, and is no gap
         assert not ax.patches
     mechanism = _mechanism(motion)
     shown = scene(mechanism, places(mechanism, motion), None)

@@ -42,16 +42,23 @@ def assess(dataset: Dataset, *, joint: str | None = None) -> Figure:
     grid = figure.add_gridspec(rows + 1, 2)
     name = select.label(dataset, "joint", joint or hardest(dataset))
     panels = []
+    looked = (codes.words(dataset["curve_status"]) != "not_run").any("value").values
     for i in range(rows):
-        force, speed = (figure.add_subplot(grid[i, k]) for k in (0, 1))
-        force_panel(force, dataset.isel(parameter=i), name)
-        speed_panel(speed, dataset.isel(parameter=i))
+        one, (force, speed) = dataset.isel(parameter=i), (figure.add_subplot(grid[i, k]) for k in (0, 1))
         panels += [force, speed]
+        if looked[i]:
+            force_panel(force, one, name)
+            speed_panel(speed, one)
+            continue
+        for ax, what in ((force, "force"), (speed, "impact speed")):
+            noun = str(one["parameter_name"].values)
+            artists.say(ax, f"Largest {what} over {noun}: not looked at", "black")
     turn, peaks = (figure.add_subplot(grid[rows, k]) for k in (0, 1))
     turn_panel(turn, dataset, name)
     peak_panel(peaks, dataset)
     artists.letter((*panels, turn, peaks))
-    _legend(figure, dataset)
+    if looked.any():
+        _legend(figure, dataset.isel(parameter=looked))
     return artists.finish(figure, dataset)
 
 

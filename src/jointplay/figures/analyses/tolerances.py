@@ -139,7 +139,7 @@ def _bars(ax: Axes, dataset: Dataset, event: str) -> None:
     ax.set_yticks(rows, names)
     ax.invert_yaxis()
     ax.set(xlim=(0.0, 1.0), xlabel="Share of the variance")
-    ax.legend(loc="lower right")
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)  # bars may fill the panel
 
 
 def _scatter(ax: Axes, dataset: Dataset, event: str, order: list[int]) -> None:

@@ -102,7 +102,7 @@ def history(ax: Axes, scene: Scene) -> None:
         look = LINES[number % len(LINES)] | {"linewidth": 0.6 if number < len(LINES) else 1.2}
         envelope.course(ax, 1e3 * scene.times, force, beyond.get(name), label=name, **look)
     ax.set(xlabel="Time (ms)", ylabel="Normal contact\nforce (N)", xlim=1e3 * scene.times[[0, -1]])
-    if len(curves) > 1:
+    if len(ax.get_legend_handles_labels()[1]) > 1:
         ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderaxespad=0.0)
 
 

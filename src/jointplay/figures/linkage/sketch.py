@@ -5,7 +5,7 @@ A name stands beside what it names, where the least is drawn and other names are
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -27,13 +27,10 @@ if TYPE_CHECKING:
 
 MARGIN, FLATTEST = 0.16, 0.45  # of the size of the mechanism: around it, and its least height or width
 PLAY, STROKE, WALL = 0.1, 0.016, 0.035  # of it: a guide beyond its slider, its strokes, its faces
-# points, in mm from a joint, that stand for what is drawn there
-SIGN = {"revolute": np.zeros((1, 2)), "prismatic": np.array([(x, 0.0) for x in (-2.0, 0.0, 2.0)])}
-PEDESTAL = np.array([(x, y) for y in (-2.0, -4.0) for x in (-3.0, 0.0, 3.0)])
-TURNING = 4.6 * np.array([(np.cos(a), np.sin(a)) for a in np.deg2rad([20, 45, 75, 105, 130])])
-LETTER, NEAR = 1.5, 2.6  # mm: half the width of two letters' worth of text, the reach of what is drawn
-DENSE = 1.5  # mm between points that stand for a line
-AROUND = np.deg2rad(np.arange(0, 360, 30))
+LETTER, HALF, NEAR = 1.5, 1.0, 2.0  # mm: a letter's width, half its height, the reach of what is drawn
+DENSE = 1.0  # mm between points that stand for a line
+AROUND, RINGS = np.deg2rad(np.arange(0, 360, 30)), (1.0, 1.3, 1.7, 2.2)  # RINGS: of the usual distance
+FAR = 0.15  # points in a name's way that are as bad as a mm of distance
 
 
 @dataclass(frozen=True)
@@ -214,32 +211,15 @@ class Sketch:
 
     def name(self, ax: Axes, pose: Pose) -> None:
         """Write the names of everything, once the axes have their place and limits."""
-        names = Names(ax)
-        names.lines(bar for link in self.mechanism.links if np.ptp(bar := self.bar(pose, link.name)))
-        for joint in self._blocks:
-            edges = self.contacts(pose, joint)[OUTLINE]
-            names.lines(np.stack([edges, np.roll(edges, 1, axis=0)], 1))
-        spots = [(joint, self.at(pose, joint.journal)) for joint in self.mechanism.joints]
-        names.taken = np.concatenate([names.taken, *(names.paper(spot) + SIGN[j.kind] for j, spot in spots)])
-        grounded = [spot for joint, spot in spots if GROUND in joint.links]
-        names.taken = np.concatenate([names.taken, *(names.paper(spot) + PEDESTAL for spot in grounded)])
-        if self.mechanism.drive:
-            axle = self.factor * self._axle(pose, self.mechanism.drive.link)
-            names.taken = np.concatenate([names.taken, names.paper(axle) + TURNING])
-        bold, slanted = {"fontweight": "bold"}, {"fontstyle": "italic"}
-        away = {}  # mm beyond a block
-        for joint in self._blocks:
-            edge = self.at(pose, joint.journal) + np.array([0.0, self.factor * joint.half_height])
-            rise = names.paper(edge)[1] - names.paper(self.at(pose, joint.journal))[1]
-            away |= dict.fromkeys((joint.name, joint.journal.link), rise + 5.0)
-        for joint, spot in spots:
-            names.around(spot, joint.name, away.get(joint.name, 4.0), **bold)
+        names, bold, slanted = Names(ax), {"fontweight": "bold"}, {"fontstyle": "italic"}
+        for joint in self.mechanism.joints:
+            names.around(self.at(pose, joint.journal), joint.name, **bold)
         for link in self.mechanism.links:
             bar = self.bar(pose, link.name)
             if np.ptp(bar, axis=0).any():
                 names.along(bar, link.name, **slanted)
             else:
-                names.around(bar[0], link.name, away.get(link.name, 5.0), **slanted)
+                names.around(bar[0], link.name, 5.0, **slanted)
         for spring in self.mechanism.springs:
             ends = [self.at(pose, pin) for pin in spring.pins.values()]
             if spring.twists:
@@ -272,32 +252,29 @@ def gravity(ax: Axes, mechanism: Mechanism, points: np.ndarray) -> None:
 
 @dataclass
 class Names:
-    """Names on axes whose limits and place are settled.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where they stand.
-    taken : ndarray, shape (points, 2)
-        Points, in mm on the paper, that stand for what is drawn.
-    """
+    """Names on axes whose limits and place are settled, beside all that is drawn there."""
 
     ax: Axes
-    taken: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+
+    def __post_init__(self) -> None:
+        drawn = (self.ax.patch, *self.ax.lines, *self.ax.patches, *self.ax.figure.artists)
+        paths = (each.get_path().to_polygons(each.get_transform(), closed_only=False) for each in drawn)
+        ends = np.concatenate([np.stack([line[:-1], line[1:]], 1) for path in paths for line in path])
+        ends = ends[np.isfinite(ends).all((1, 2))] / self.ax.figure.dpi / style.MILLIMETRE
+        steps = 2 + (np.hypot(*(ends[:, 1] - ends[:, 0]).T) / DENSE).astype(int)
+        points = [np.linspace(*both, n) for both, n in zip(ends, steps, strict=True)]
+        # once each, or names would rather lie on a line than near dense hatching
+        self.taken = DENSE * np.unique(np.round(np.concatenate(points) / DENSE), axis=0)
 
     def paper(self, points) -> np.ndarray:
         """Return points of the axes in mm on the paper."""
         return self.ax.transData.transform(points) / self.ax.figure.dpi / style.MILLIMETRE
 
-    def lines(self, ends: Iterable[np.ndarray]) -> None:
-        """Keep names off straight lines, each given by its two ends."""
-        for first, last in map(self.paper, ends):
-            share = np.linspace(0.0, 1.0, 2 + int(np.hypot(*(last - first)) / DENSE))
-            self.taken = np.concatenate([self.taken, first + share[:, None] * (last - first)])
-
     def around(self, point, text: str, away: float = 4.0, **look) -> None:
         """Write a name around a point."""
-        self._best([(point, away * np.array([np.cos(a), np.sin(a)]), 0.0) for a in AROUND], text, look)
+        half = LETTER * (len(text) - 1) / 2
+        ways = [((r * away + half) * np.cos(a), r * away * np.sin(a)) for r in RINGS for a in AROUND]
+        self._best([(point, np.array(way), 0.0) for way in ways], text, look)
 
     def along(self, ends, text: str, away: float = 3.2, **look) -> None:
         """Write a name along a line, on one of its sides."""
@@ -306,23 +283,23 @@ class Names:
         across = np.array([-course[1], course[0]]) / np.hypot(*course)
         turn = (np.rad2deg(np.arctan2(course[1], course[0])) + 90) % 180 - 90
         shares = (0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74)
-        places = [
-            (first + s * (last - first), side * away * across, turn) for s in shares for side in (1, -1)
-        ]
+        ways = [side * r * away * across for r in RINGS for side in (1, -1)]
+        places = [(first + s * (last - first), way, turn) for s in shares for way in ways]
         self._best(places, text, {"rotation": turn, "rotation_mode": "anchor"} | look)
 
     def _best(self, places, text: str, look: dict) -> None:
         """Write a name at the best of some places: point, offset in mm, and turn in degrees."""
         half = LETTER * len(text) / 2
+        box = np.add.outer(np.linspace(-half, half, 1 + len(text)), 1j * HALF * np.array([-1, 0, 1])).ravel()
 
         def letters(place) -> np.ndarray:
             point, offset, turn = place
-            course = np.array([np.cos(np.deg2rad(turn)), np.sin(np.deg2rad(turn))])
-            return self.paper(point) + offset + np.linspace(-half, half, 5)[:, None] * course
+            course = np.exp(1j * np.deg2rad(turn)) * box
+            return self.paper(point) + offset + np.stack([course.real, course.imag], -1)
 
         def crowded(place) -> float:
             gaps = letters(place)[:, None] - self.taken
-            return float(np.exp(-np.square(gaps / NEAR).sum(-1)).sum())
+            return float(np.exp(-np.square(gaps / NEAR).sum(-1)).sum(-1).mean() + FAR * np.hypot(*place[1]))
 
         best = min(places, key=crowded)
         self.taken = np.concatenate([self.taken, letters(best)])
