@@ -243,7 +243,7 @@ def _hangs_on(dataset: Dataset) -> list[str]:
         "grade",
         f"force at {joint} (N)",
         "times ideal",
-        "most, at a joint",
+        "most of all joints",
         "separations",
     )
     rows = [(*head, "impact speed", "period")]
