@@ -616,17 +616,10 @@ def _carried(
     """
     fresh, ended = [(i, n) for i, each in enumerate(motions) for n in range(len(each))], []
     for _ in range(ROUNDS):
-        into = _neighbours(fresh, states)
-        cells = [
-            parts[j]
-            | {
-                "known": motions[j],
-                "sources": [
-                    motions[i][n] | {"names": states[i], "changes": parts[i]["changes"]} for i, n in sources
-                ],
-            }
-            for j, sources in into
-        ]
+        into, cells = _neighbours(fresh, states), []
+        for j, sources in into:
+            given = [motions[i][n] | {"names": states[i], "changes": parts[i]["changes"]} for i, n in sources]
+            cells.append(parts[j] | {"known": motions[j], "sources": given})
         if not cells:
             break
         answers = handed_out(passes.carried, cells, progress, n_jobs, lasting="value")

@@ -605,10 +605,8 @@ def _run(
     for plan_ in rounds(asked.plan):
         shared["asked"] = replace(asked, plan=plan_)
         cells = [shared | {"changes": design.changes(values[block])} for block in blocks]
-        if ends:
-            cells = [
-                cell | {"ends": [ends[i] for i in block]} for cell, block in zip(cells, blocks, strict=True)
-            ]
+        for cell, block in zip(cells, blocks, strict=True) if ends else ():
+            cell["ends"] = [ends[i] for i in block]
         answers = handed_out(
             outcomes, cells, None if ends else progress, n_jobs, lasting="sample", ready=ready
         )
