@@ -152,6 +152,15 @@ def raise_any(problems: Iterable[Problem], root: str = "") -> None:
         raise InputError(found, root)
 
 
+def problems_of(call: Callable[..., Any], *given: Any) -> list[Problem]:
+    """Problems for which a call refuses what it is given; none where it takes it."""
+    try:
+        call(*given)
+    except InputError as error:
+        return error.problems
+    return []
+
+
 @contextmanager
 def of_a_result(given: Any, but: Callable[[Exception], bool] = lambda error: False) -> Iterator[None]:
     """Turn an error in showing a result that was changed since it was computed into an `InputError`.

@@ -25,7 +25,7 @@ from pydantic import (
 )
 
 from jointplay.analysis.vary import Axis, axes, checked_axes
-from jointplay.display.errors import InputError, Problem, join, raise_any, refuse
+from jointplay.display.errors import InputError, Problem, join, problems_of, raise_any, refuse
 from jointplay.solver.mechanism.base import Flag, Number, Record, measured
 from jointplay.solver.mechanism.measures import in_si
 from jointplay.solver.mechanism.parameters import declared_units
@@ -222,11 +222,7 @@ def together(vary: Mapping[str, Any]) -> bool:
 
 
 def _axis_problems(mechanism: Mechanism | TestSystem, given: Mapping[str, Any], root: str) -> list[Problem]:
-    try:
-        axes(mechanism, given, root)
-    except InputError as error:
-        return error.problems
-    return []
+    return problems_of(axes, mechanism, given, root)
 
 
 def _uneven(vary: Mapping[str, Any], given: Mapping[str, Sequence[float]], root: str) -> list[Problem]:

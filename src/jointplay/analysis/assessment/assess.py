@@ -42,6 +42,7 @@ from jointplay.analysis.keywords import HANDED, Moving, Names, Settling, Small, 
 from jointplay.analysis.labels import Out, ended
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import placed
+from jointplay.analysis.states.ends import padded
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.tolerances.spreads import Spreads, spreads_fit
 from jointplay.display.errors import NOTHING, InputError, Problem
@@ -617,8 +618,8 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
 
     def table(name: str, columns: int) -> np.ndarray:
         """Rows of each side, NaN behind the last; likewise."""
-        made = _padded([np.asarray(each.get(name, ()), dtype=float) for each in sides], columns)
-        return made.reshape(*shape[:2], -1, columns)
+        given = [np.reshape(np.asarray(each.get(name, ()), dtype=float), (-1, columns)) for each in sides]
+        return padded(given, columns).reshape(*shape[:2], -1, columns)
 
     along = [Parameter(mechanism, key) for key in keys]
     values = np.array([float(each.value) for each in along])
@@ -650,14 +651,6 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
         "found_by": numbers("how", np.zeros(len(CHANGES))),
         "side_status": numbers("status", NOT_RUN),
     }
-
-
-def _padded(tables: Sequence[Any], columns: int) -> np.ndarray:
-    """Tables of so many columns, each with as many rows as the longest; NaN where it has none."""
-    made = np.full((len(tables), max(map(len, tables), default=0), columns), np.nan)
-    for rows, table in zip(made, tables, strict=True):
-        rows[: len(table)] = np.reshape(table, (-1, columns))
-    return made
 
 
 def _speed(mechanism: Mechanism, key: str, value: float) -> float:

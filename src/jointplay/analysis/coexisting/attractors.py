@@ -28,7 +28,7 @@ between the same two values.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import groupby, pairwise, product
@@ -141,13 +141,12 @@ def special_values(
     ]
     rows = sorted(rows, key=lambda row: (row[2], row[1], row[3], row[0]))
     kind, value, identity, period = np.array(rows, dtype=float).reshape(-1, 4).T
-    whole = {name: np.array([cell[name] for cell in cells], dtype=int) for name in ("identity", "period")}
     return {
         "special_parameter": value,
         "special_identity": identity.astype(int),
         "special_period": period.astype(int),
-        "branch_identity": whole["identity"],
-        "branch_period": whole["period"],
+        "branch_identity": np.array([cell["identity"] for cell in cells], dtype=int),
+        "branch_period": np.array([cell["period"] for cell in cells], dtype=int),
         "branch_status": [answer["status"] for answer in answers],
         "special_kind": kind,
         "change_bifurcation": [_between(axis, each, rows) for each in events],
@@ -553,16 +552,12 @@ class _Table:
         values = np.array(self.axis.values)
         between = np.array([each.between for each in events], dtype=int).reshape(-1, 2)
         return {
-            "change_identity": self._whole(each.identity for each in events),
-            "change_other": self._whole(each.other for each in events),
+            "change_identity": np.array([each.identity for each in events], dtype=np.int32),
+            "change_other": np.array([each.other for each in events], dtype=np.int32),
             "change_low": values[between[:, 0]],
             "change_high": values[between[:, 1]],
             "change_kind": [EVENTS.index(each.kind) for each in events],
         }
-
-    @staticmethod
-    def _whole(each: Iterable[int]) -> np.ndarray:
-        return np.array([*each], dtype=np.int32)
 
     def _filled(self, name: str, missing: int) -> np.ndarray:
         return self._placed([[each[name] for each in row] for row in self.motions], missing).astype(np.int32)
@@ -621,17 +616,10 @@ def _carried(
     """
     fresh, ended = [(i, n) for i, each in enumerate(motions) for n in range(len(each))], []
     for _ in range(ROUNDS):
-        into = _neighbours(fresh, states)
-        cells = [
-            parts[j]
-            | {
-                "known": motions[j],
-                "sources": [
-                    motions[i][n] | {"names": states[i], "changes": parts[i]["changes"]} for i, n in sources
-                ],
-            }
-            for j, sources in into
-        ]
+        into, cells = _neighbours(fresh, states), []
+        for j, sources in into:
+            given = [motions[i][n] | {"names": states[i], "changes": parts[i]["changes"]} for i, n in sources]
+            cells.append(parts[j] | {"known": motions[j], "sources": given})
         if not cells:
             break
         answers = handed_out(passes.carried, cells, progress, n_jobs, lasting="value")

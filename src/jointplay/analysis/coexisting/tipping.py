@@ -281,15 +281,6 @@ def tipping(  # noqa: D417 (nobody gives it the model)
     return OUTPUTS.dataset(found)
 
 
-def _edge_entry(orbit: Orbit, base: Model) -> Entry:
-    """Entry of an edge state: period, state at the section, multipliers, the largest first."""
-    state, _ = at_phase(orbit, base.crank_angle)
-    each = multipliers(orbit.image.derivative)
-    table = np.stack([each.real, each.imag], -1)
-    found = {"period": orbit.map.turns, "period_time": orbit.image.time, "residual": orbit.residual}
-    return found | {"state": state, "multiplier": table}
-
-
 @dataclass(frozen=True)
 class _Table:
     """The motions of a model, and kinds of knock."""
@@ -424,7 +415,9 @@ def knocked(
     }
     answer["returns"] = [returned(case, found.place, share * found.high) for share in SHARES]
     if edge_turns and (orbit := _edge(case, found, section, edge_turns, cut)) is not None:
-        answer |= _edge_entry(orbit, base)
+        answer |= {"period": orbit.map.turns, "period_time": orbit.image.time, "residual": orbit.residual}
+        each, state = multipliers(orbit.image.derivative), at_phase(orbit, base.crank_angle)[0]
+        answer |= {"state": state, "multiplier": np.stack([each.real, each.imag], -1)}
     return answer
 
 

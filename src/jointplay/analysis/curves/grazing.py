@@ -278,9 +278,8 @@ class Guards:
 
     def count(self, guard: int, events: np.ndarray) -> int:
         """Number of an orbit's events that are of a guard's contact and kinds."""
-        return int(
-            np.sum((events[:, CONTACT] == self.owner(guard)) & np.isin(events[:, KIND], self.kinds(guard)))
-        )
+        own = events[events[:, CONTACT] == self.owner(guard), KIND]
+        return int(np.isin(own, self.kinds(guard)).sum())
 
     def nearest(self, section: SectionMap, state: np.ndarray, duration: float, events: np.ndarray):
         """Local minimum of each guard's margin that is nearest to zero, its time, and the margin's size.
@@ -452,8 +451,7 @@ class HalfMap(SectionMap):
 
     def whole(self, orbit: Orbit) -> Orbit:
         """The orbit of the section map that a fixed point of this one is."""
-        values = {each.name: getattr(self, each.name) for each in fields(SectionMap)}
-        section = SectionMap(**values)
+        section = SectionMap(**{each.name: getattr(self, each.name) for each in fields(SectionMap)})
         return replace(orbit, map=section, image=section.image(orbit.state))
 
 

@@ -124,9 +124,7 @@ def _quantity(one: xr.Dataset) -> str:
     parts = [f"{plain(float(sizes[i]), 3)} to {one['parameter'].values[i]}" for i in order if sizes[i]]
     name, units = str(one["quantity"].item()), str(one["quantity_units"].item())
     value = f"{name} = {plain(float(one['value']), 6)}" + (f" {units}" if units != "1" else "")
-    return (
-        f"{value}: relative sensitivity {', '.join(parts)}" if parts else f"{value} depends on none of them"
-    )
+    return value + (f": relative sensitivity {', '.join(parts)}" if parts else " depends on none of them")
 
 
 UNITS = "in the units of quantity_units"
@@ -228,7 +226,8 @@ def gradient(
     try:
         start = _start(mechanism, initial)
         cut = start_section(mechanism, start, turns, rtol, limit, section)
-        found = _orbit(cut, motion["transient"], motion["progress"]) if orbit else None
+        settling = Search(motion["transient"]), part(motion["progress"], 0.0, 0.5)
+        found = selection.reached(search(cut, *settling)) if orbit else None
         start = None if orbit and isinstance(mechanism, TestSystem) else start  # an orbit has none
         run = _run(mechanism, start, keys, cut, found, powers)
         values[~orbits], slopes[~orbits], grazing = run.quantities(inside)
@@ -308,7 +307,7 @@ def _run(
     powers: bool,
 ) -> Run:
     """The motion that is differentiated; ArithmeticError with a status if there is none."""
-    model, turns = cut.model, cut.turns
+    model = cut.model
     parts = [
         of_start(model, state_names(model).index(key.removeprefix(selection.INITIAL)))
         if key.startswith(selection.INITIAL)
@@ -319,15 +318,8 @@ def _run(
     if orbit:
         model, directions = _moving(orbit, cut, directions)
     image = selection.reached(cut.image(model.state, False))
-    return Run(
-        moved(placed(mechanism, start, powers=powers), model.state),
-        directions,
-        image.time,
-        turns,
-        cut.place,
-        cut.rtol,
-        rules.steps(cut.max_steps),
-    )
+    model, limit = moved(placed(mechanism, start, powers=powers), model.state), rules.steps(cut.max_steps)
+    return Run(model, directions, image.time, cut.turns, cut.place, cut.rtol, limit)
 
 
 def _direction(parameter: Parameter, start: Any) -> Directions:
@@ -337,11 +329,6 @@ def _direction(parameter: Parameter, start: Any) -> Directions:
         told = "; ".join(each.expected for each in error.problems)
         accepted = "a parameter that can change to both sides is accepted"
         raise refuse(parameter.key, f"{accepted}: {told}", "by") from None
-
-
-def _orbit(cut: SectionMap, transient: int, progress: Any) -> Orbit:
-    """The periodic orbit that the motion settles to."""
-    return selection.reached(search(cut, Search(transient), part(progress, 0.0, 0.5)))
 
 
 def _moving(orbit: Orbit, cut: SectionMap, directions: Directions) -> tuple[Model, Directions]:

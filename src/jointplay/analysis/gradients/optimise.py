@@ -36,6 +36,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from typing import Annotated, Any, Literal, Unpack
 
 import numpy as np
@@ -57,7 +58,7 @@ from jointplay.analysis.rules import turns_alike
 from jointplay.analysis.simulate import simulate
 from jointplay.analysis.vary import axes, repeated
 from jointplay.display import codes
-from jointplay.display.errors import InputError, ModelWarning, Problem
+from jointplay.display.errors import InputError, ModelWarning, Problem, problems_of
 from jointplay.display.number_text import measure, plain
 from jointplay.solver.mechanism.base import Flag, Natural, Number, unit
 from jointplay.solver.mechanism.parameters import Parameter
@@ -219,14 +220,8 @@ def bounds_fit(mechanism: Mechanism | TestSystem, by: Region, ideal: bool) -> It
                 "by", key, "no clearance is accepted with ideal = true, which begins without clearance"
             )
         else:
-            yield from _ends_fit(mechanism, key, low, high)
-
-
-def _ends_fit(mechanism: Mechanism | TestSystem, key: str, low: float, high: float) -> Iterator[Problem]:
-    try:
-        axes(mechanism, {key: [low, high]}, "by")
-    except InputError as error:
-        yield from (Problem(f"by.{key}", each.given, each.expected) for each in error.problems)
+            found = problems_of(axes, mechanism, {key: [low, high]}, "by")
+            yield from (replace(each, key=f"by.{key}") for each in found)
 
 
 def aim_fits(
@@ -780,10 +775,8 @@ class Aim:
         """Amount by which the worst constraint is not kept; infinite where there is no motion."""
         return float("inf") if trial.status else float(np.max(-self.margins(trial), initial=0.0))
 
-    def better(self, one: Trial, other: Trial | None, slack: float) -> bool:
+    def better(self, one: Trial, other: Trial, slack: float) -> bool:
         """Whether a trial is better than another: constraints first, then the objective."""
-        if other is None:
-            return True
         ours, theirs = self.missed(one), self.missed(other)
         if max(ours, theirs) > slack:
             return ours < theirs
@@ -792,7 +785,4 @@ class Aim:
 
 def best(trials: list[Trial], aim: Aim, slack: float) -> Trial:
     """The best of some trials."""
-    found: Trial | None = None
-    for each in trials:
-        found = each if aim.better(each, found, slack) else found
-    return found
+    return reduce(lambda found, each: each if aim.better(each, found, slack) else found, trials)

@@ -310,9 +310,5 @@ def joined(back: Branch, forth: Branch) -> Branch:
     at_begin = [
         replace(each, point=begin) if each.point is turned.points[-1] else each for each in turned.specials
     ]
-    return Branch(
-        turned.points[:-1] + forth.points,
-        at_begin + forth.specials,
-        (turned.ends[0], forth.ends[1]),
-        forth.parent,
-    )
+    points, ends = turned.points[:-1] + forth.points, (turned.ends[0], forth.ends[1])
+    return replace(forth, points=points, specials=at_begin + forth.specials, ends=ends)

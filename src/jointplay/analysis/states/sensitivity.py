@@ -276,8 +276,7 @@ def field(
     answers = handed_out(exponents, cells, progress, n_jobs)
     answers = with_crashed(answers, cells, growth=math.nan, time=math.nan)
     shape, names = tuple(map(len, axes.values())), ("growth", "time", "node_status")
-    columns = (np.concatenate([each[name] for each in answers]).reshape(shape) for name in names)
-    growth, time, status = columns
+    growth, time, status = (np.concatenate([each[n] for each in answers]).reshape(shape) for n in names)
     found = {"finite_time_exponent": growth / time, "finite_time_exponent_per_turn": growth / turns}
     return found | {"field_turns": np.int64(turns), "node_status": status}
 

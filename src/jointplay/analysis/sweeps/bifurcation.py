@@ -44,7 +44,7 @@ from jointplay.analysis.sweeps.chains import BLOCK, DIRECTIONS, TOGETHER, Chain,
 from jointplay.analysis.sweeps.subdivision import OUTS, Point, refined, representatives, variables
 from jointplay.analysis.vary import at_largest, axes, checked_axes, largest
 from jointplay.display import codes
-from jointplay.display.errors import InputError, Problem
+from jointplay.display.errors import InputError, Problem, problems_of
 from jointplay.display.number_text import measure, plain
 from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.assemble import assemble
@@ -296,10 +296,7 @@ def _one_kind_of_start(initial: Any, starts: Any) -> Iterator[Problem]:
 def _starts_fit(varied: Mechanism | TestSystem, initial: Any, starts: Any) -> Iterator[Problem]:
     given = {"initial": initial} if starts is None else {f"starts[{i}]": x for i, x in enumerate(starts)}
     for key, start in given.items():
-        try:
-            assembled_at(varied, start, key, placed)
-        except InputError as error:
-            yield from error.problems
+        yield from problems_of(assembled_at, varied, start, key, placed)
 
 
 def _exponents_fit(varied: Mechanism | TestSystem, exponents: int) -> Iterator[Problem]:

@@ -65,19 +65,16 @@ class Sweep:
         *others, last = (range(n) for n in self.shape[: len(self.axes)])
         for *other, (d, way), s in product(*others, enumerate(self.directions), range(len(self.starts))):
             indices = [(*other, n, d, s) for n in (reversed(last) if way == "down" else last)]
-            block = -(-len(last) // groups(len(last), TOGETHER)) if self._plan(False).ensemble else BLOCK
+            block = -(-len(last) // groups(len(last), TOGETHER)) if self._plans[False].ensemble else BLOCK
             size = block if way == "reset" else len(indices)
             for at in range(0, len(indices), size):
                 some = indices[at : at + size]
                 chains.append((self._chain(some, self.starts[s], way != "reset"), some))
         return chains
 
-    def _plan(self, carried: bool) -> Plan:
-        """The settings, with lanes where they are wanted, or filled by chains or single points."""
-        return self._plans[carried]
-
     @cached_property
     def _plans(self) -> dict[bool, Plan]:
+        """Settings by whether points are carried: with lanes where they are wanted, or filled by these."""
         *others, last = self.shape[: len(self.axes)]
         varied = largest(self.mechanism, {axis.key: axis.values for axis in self.axes})
         side, plans = math.prod(others) * len(self.starts), {}
@@ -90,7 +87,7 @@ class Sweep:
 
     def _chain(self, indices: Sequence[tuple[int, ...]], start: Any, carried: bool) -> Chain:
         """A chain; the key of a carried point holds all points before it, on which it depends."""
-        settings = self._plan(carried)
+        settings = self._plans[carried]
         plan = asdict(settings) | {"section": settings.section}
         origin = before = key_of("bifurcation", plan, self.mechanism, start, carried)
         changes = tuple(map(self._changes, indices))
@@ -115,7 +112,7 @@ class Sweep:
     def warm(self) -> None:
         """Compile the code that the first and the last point need, so that workers find it on the disk."""
         for corner, carried in product((0, -1), {way != "reset" for way in self.directions}):
-            brief = replace(self._plan(carried), turns=1, transient=0, lyapunov_turns=1)
+            brief = replace(self._plans[carried], turns=1, transient=0, lyapunov_turns=1)
             change = {axis.key: axis.values[corner] for axis in self.axes}
             Chain(("",), self.mechanism, (change,), self.starts[0], brief, False).run(Kept())
 

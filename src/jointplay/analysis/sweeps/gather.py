@@ -108,11 +108,8 @@ class _Stack:
         for (part, name), full in self.full.items():
             place = fields if part == "variables" else coords
             place[self._free(name, part == "coords")] = self._stacked(part, name, full)
-        attributes = dict(self.survey.attributes()) | {
-            "Conventions": "CF-1.11",
-            "kind": kind,
-            "swept": " ".join(self.grid.dims),
-        }
+        attributes = dict(self.survey.attributes()) | {"Conventions": "CF-1.11", "kind": kind}
+        attributes["swept"] = " ".join(self.grid.dims)
         fields |= self._counts() | self._ends()
         return on_joints(xr.Dataset(fields, coords | self.grid.coordinates, attributes))
 

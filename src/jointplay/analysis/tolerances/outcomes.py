@@ -73,11 +73,8 @@ def rounds(plan: Plan) -> Iterator[Plan]:
     yield plan
     for more in LONGER:
         longer = {"transient": more * max(plan.transient, 1), "turns": math.isqrt(more) * plan.turns}
-        of_exponent = {
-            "exponents": int(more >= PATIENT),
-            "lyapunov_turns": more // PATIENT * plan.lyapunov_turns,
-        }
-        yield replace(plan, **longer, **of_exponent)
+        longer |= {"exponents": int(more >= PATIENT), "lyapunov_turns": more // PATIENT * plan.lyapunov_turns}
+        yield replace(plan, **longer)
 
 
 def outcomes(

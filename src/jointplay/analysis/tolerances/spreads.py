@@ -32,7 +32,7 @@ from pydantic import BeforeValidator, model_validator
 
 from jointplay.analysis.gradients import selection
 from jointplay.analysis.vary import axes, repeated
-from jointplay.display.errors import InputError, Problem, join, raise_any, strangers, unknown
+from jointplay.display.errors import InputError, Problem, join, problems_of, raise_any, strangers, unknown
 from jointplay.solver.mechanism.base import Name, Number, Positive, Record, accepts, unit
 from jointplay.solver.mechanism.measures import in_si
 from jointplay.solver.mechanism.parameters import INITIAL, Parameter, declared_units
@@ -234,31 +234,24 @@ class Distribution:
             return None
         if given.scipy:
             return getattr(stats, given.scipy)(**(given.parameters or {}))
-        low, high = self._limits
-        sigma = self._sigma / (given.cp or 1.0)
+        low, high, sigma = self._drawn
+        sigma /= given.cp or 1.0
         off = 3 * sigma * ((given.cp or 1.0) - (given.cpk or given.cp or 1.0))
         return stats.norm((low + high) / 2 + off, sigma)
 
     @cached_property
-    def _limits(self) -> tuple[float, float]:
-        """Limits of a drawing."""
+    def _drawn(self) -> tuple[float, float, float]:
+        """Limits of a drawing, and the standard deviation of a process of capability 1 behind them."""
         if self.spread.fit:
             found = limits(self.spread.fit, self.spread.diameter)
-            return found.least, found.most
-        return self.spread.within
-
-    @cached_property
-    def _sigma(self) -> float:
-        """Standard deviation of a process of capability 1 behind these limits."""
-        if self.spread.fit:
-            found = limits(self.spread.fit, self.spread.diameter)
-            return math.hypot(np.ptp(found.hole), np.ptp(found.shaft)) / 12
-        return (self.spread.within[1] - self.spread.within[0]) / 6
+            return found.least, found.most, math.hypot(np.ptp(found.hole), np.ptp(found.shaft)) / 12
+        low, high = self.spread.within
+        return low, high, (high - low) / 6
 
     @cached_property
     def _ends(self) -> tuple[float, float]:
         """Shares of the whole at which it is cut off."""
-        low, high = self._limits if self.spread.within or self.spread.fit else (-math.inf, math.inf)
+        low, high = self._drawn[:2] if self.spread.within or self.spread.fit else (-math.inf, math.inf)
         low = max(low, -math.inf if self.spread.above is None else self.spread.above)
         high = min(high, math.inf if self.spread.below is None else self.spread.below)
         return float(self.whole.cdf(low)), float(self.whole.cdf(high))
@@ -404,14 +397,10 @@ def spreads_fit(mechanism: Mechanism | TestSystem, spreads: Spreads | None) -> I
         if key.startswith(INITIAL):
             yield from _state_fits(mechanism, key, place)
             continue
-        try:
-            axes(mechanism, {key: sorted({*ends.tolist()})}, "spreads")
-        except InputError as error:
-            far = "; one in a million is as far out as this: above and below cut a spread off"
-            more = far if law.whole and not any(p.key == place for p in error.problems) else ""
-            yield from (
-                Problem(place, p.given, f"{p.expected}{more}" if more else p.expected) for p in error.problems
-            )
+        found = problems_of(axes, mechanism, {key: sorted({*ends.tolist()})}, "spreads")
+        far = "; one in a million is as far out as this: above and below cut a spread off"
+        more = far if law.whole and not any(p.key == place for p in found) else ""
+        yield from (Problem(place, p.given, f"{p.expected}{more}" if more else p.expected) for p in found)
 
 
 def _state_fits(mechanism: Mechanism | TestSystem, key: str, place: str) -> Iterator[Problem]:

@@ -605,10 +605,8 @@ def _run(
     for plan_ in rounds(asked.plan):
         shared["asked"] = replace(asked, plan=plan_)
         cells = [shared | {"changes": design.changes(values[block])} for block in blocks]
-        if ends:
-            cells = [
-                cell | {"ends": [ends[i] for i in block]} for cell, block in zip(cells, blocks, strict=True)
-            ]
+        for cell, block in zip(cells, blocks, strict=True) if ends else ():
+            cell["ends"] = [ends[i] for i in block]
         answers = handed_out(
             outcomes, cells, None if ends else progress, n_jobs, lasting="sample", ready=ready
         )
@@ -758,12 +756,9 @@ def _edge(
         at = np.outer(edges.places, np.arange(len(design.factors)) == factor)
         table["edge_place"] = design.values(at)[:, number]
         table |= _lines(edges, design, number)
-    table |= _ends("edge_share", by.share if by else [np.nan] * 3)
-    table |= {
-        "edge_band": by.half_width if by else np.nan,
-        "edge_exceptions": by.exceptions if by else np.nan,
-    }
-    return table | {"edge_runs": count + (by.runs if by else 0)}
+    by = by or estimates.Beside((np.nan,) * 3, np.nan, np.nan, 0)
+    table |= {"edge_band": by.half_width, "edge_exceptions": by.exceptions, "edge_runs": count + by.runs}
+    return table | _ends("edge_share", by.share)
 
 
 def _lines(edges: estimates.Edges, design: Design, number: int) -> dict[str, np.ndarray]:
@@ -789,11 +784,8 @@ def _linear_answer(
     smooth = all(not key.startswith(INITIAL) and Parameter(mechanism, key).smooth for key in design.spreads)
     if not names or not smooth or design.correlation is not None:
         return {}
-    cell = {
-        "mechanism": mechanism,
-        "medians": {k: law.median for k, law in zip(design.spreads, design.laws, strict=True)},
-    }
-    cell |= {"of": tuple(names), "rtol": rtol}
+    medians = {k: law.median for k, law in zip(design.spreads, design.laws, strict=True)}
+    cell = {"mechanism": mechanism, "medians": medians, "of": tuple(names), "rtol": rtol}
     (found,) = handed_out(_derivatives, [cell], None, n_jobs, lasting="derivative")
     slopes = np.full((len(main.quantities), len(design.spreads)), np.nan)
     if found["status"]:

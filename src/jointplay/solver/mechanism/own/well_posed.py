@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.display.errors import NOTHING, InputError, Problem, join, strangers, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, join, problems_of, strangers, unknown
 from jointplay.solver.equations.own.grammar import (
     CONSTANTS,
     FUNCTIONS,
@@ -270,10 +270,7 @@ def _sliding(system: Equations) -> Iterator[Problem]:
     if any(each.slides for each in system.switches):
         from jointplay.solver.equations.own.own import system as equations
 
-        try:
-            equations(system.structure())
-        except InputError as error:
-            yield from error.problems
+        yield from problems_of(lambda: equations(system.structure()))
 
 
 def _of(positions: Collection[str]) -> str:
