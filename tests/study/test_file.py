@@ -259,3 +259,13 @@ def test_what_the_integrator_leaves_out_is_as_usual_for_the_kind():
     assert dict(validate(table).integrator) == {"rtol": chaos_test.RTOL, "max_steps": 7}
     assert validate(table | {"integrator": {"rtol": 1e-6}}).integrator.rtol == 1e-6
     assert "integrator.speed" in problems(TEXT, "integrator={ speed = 1 }")
+
+
+def test_as_another_kind_a_file_is_read_without_the_tables_of_its_own():
+    """A drawing's tolerances say nothing to a sweep; those of the kind that has them stay."""
+    path = "studies/assess/slider_crank_tolerances.toml"
+    changes = ["kind=bifurcation", "vary.speed=[200.0]", "analysis={}", "figure={}"]
+    assert load(path, changes).record.kind == "bifurcation"
+    assert load(path, ["kind=assess", "analysis={}", "figure={}"]).record.tolerances
+    with pytest.raises(InputError, match="tolerances"):
+        load(path, [*changes, "tolerances.speed.normal=[1, 2]"])  # but not one that is asked for

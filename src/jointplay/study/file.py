@@ -63,11 +63,10 @@ def load(path: Path | str, changes: Iterable[str] = (), kind: str | None = None)
         own = {name: table[name] for name in ("mechanism", *TABLES.values()) if name in table}
         name, was, table = f"{name}_{kind}", None, {"kind": kind} | own
     made = {"name": name} | toml_text.override(table, changes)
-    if made.get("kind") != was and made.get("kind") in list(
-        KINDS
-    ):  # of another kind, without that one's tables
-        fields = KINDS[made["kind"]].function.fields()
-        made = {key: made[key] for key in made if key not in {*TABLES.values()} - {*map(TABLES.get, fields)}}
+    # as another kind, without tables that the other one alone has
+    if made.get("kind") != was and made.get("kind") in list(KINDS):
+        strange = {*TABLES.values()} - {*map(TABLES.get, KINDS[made["kind"]].function.fields())}
+        made = {key: each for key, each in made.items() if key not in strange or each != table.get(key)}
     return Loaded(validate(made), text)
 
 
