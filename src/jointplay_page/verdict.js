@@ -7,7 +7,6 @@ const verdict = (() => {
   const LOOKED_AT = 64; // last turns in which a motion must repeat
   const REPEATS = 4; // a period is believed where they hold it this often
   const BATCHES = 40;
-  const NEGLIGIBLE = 1e-6; // of the largest force of ideal joints: a joint that carries less there has no ratio
   const BEGUN = 10; // turns after a change that a first verdict leaves out, where there are more
   const ERRORS = 3; // standard errors by which an exponent must differ from 0
   const VANISHED = "largest exponent −∞: where the joint sticks, every small difference vanishes";
@@ -57,7 +56,7 @@ const verdict = (() => {
   // How hard the mechanism is worked, by the limits of an assessment: the grade, the joint that hits hardest, and the
   // one whose largest force is the largest over that without clearance. No grade where those forces are not known.
   function graded({ separations, force, speed, ideal }, limits) {
-    const least = NEGLIGIBLE * Math.max(0, ...Object.values(ideal || {}));
+    const least = limits.negligible * Math.max(0, ...Object.values(ideal || {}));
     const over = Object.fromEntries(Object.keys(force).filter((joint) => ideal && ideal[joint] > least).map((joint) => [joint, force[joint] / ideal[joint]]));
     const [[strained, ratio], [hit, fastest]] = [most(over), most(speed)];
     const lost = Object.values(separations).some((count) => count > 0);

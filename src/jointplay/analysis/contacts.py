@@ -63,6 +63,11 @@ def of_gaps(model: Model, events: np.ndarray) -> np.ndarray:
     return events[events[:, JOINT] < model.gaps]
 
 
+def begun(model: Model, events: np.ndarray) -> np.ndarray:
+    """Events with which contact begins, or a rigid wall is hit."""
+    return of_gaps(model, events[np.isin(events[:, KIND], (CONTACT, IMPACT))])
+
+
 def closed(model: Model, records: Records, row: np.ndarray) -> np.ndarray:
     """Whether each contact transmits force at a row (time, positions, speeds, modes)."""
     return Quantities(model, row[None, :], records.start).modes[0] > Mode.RELEASED
@@ -70,7 +75,7 @@ def closed(model: Model, records: Records, row: np.ndarray) -> np.ndarray:
 
 def smallest_impact_speed(model: Model, records: Records) -> np.ndarray:
     """Smallest speed, m/s, at which each contact began; NaN where none did."""
-    rows = of_gaps(model, records.events[np.isin(records.events[:, KIND], (CONTACT, IMPACT))])
+    rows = begun(model, records.events)
     return _smallest(rows[:, JOINT], approach(model, records, rows[:, ROW:])[1], len(model.touching))
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.contacts import CONTACT, IMPACT, KIND, ROW, TIME, of_gaps
+from jointplay.analysis.contacts import ROW, TIME, begun
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.labels import Out, xr
 from jointplay.analysis.quantities import WORDS
@@ -93,8 +93,7 @@ def reached(spans: Spans, records: Records) -> Spans:
 
 def contacts(model: Model, records: Records, spans: Spans) -> dict[str, Any]:
     """Values of the spans' length, the contacts begun in them, and each joint's share of contact."""
-    rows, length = of_gaps(model, records.events), sum(b - a for a, b in spans)
-    hits = rows[np.isin(rows[:, KIND], (CONTACT, IMPACT)), TIME]
+    hits, length = begun(model, records.events)[:, TIME], sum(b - a for a, b in spans)
     values = {"recorded_time": length}
     if model.gaps:
         values["contacts_begun"] = np.int64(sum(np.sum((a <= hits) & (hits <= b)) for a, b in spans))

@@ -72,6 +72,7 @@ LIMITS = {  # of an assessment's grades and words
     "light": page.LIGHT,
     "heavy": page.HEAVY,
     "alike": ALIKE,
+    "negligible": page.NEGLIGIBLE,
 }
 LOG_ROWS = 512
 HEADER = "from math import atan2, copysign, cos, exp, log, sin, sqrt, tan, tanh\n"

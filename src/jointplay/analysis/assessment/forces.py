@@ -25,7 +25,7 @@ import numpy as np
 
 from jointplay.analysis import evaluate, rules
 from jointplay.analysis.assessment.settled import CHANGES, Settled, Unsettled
-from jointplay.analysis.contacts import JOINT, KIND, ROW, TIME, approach
+from jointplay.analysis.contacts import JOINT, KIND, ROW, TIME, approach, begun
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.quantities import WORDS
 from jointplay.analysis.recorded_spans import peaks
@@ -36,7 +36,7 @@ from jointplay.solver.method.codes import Event
 from jointplay.solver.motion.trajectory import Records, Request, follow
 
 SAMPLES, SHOWN = 4096, 512  # of a turn: evaluated; its parts, of each of which two values are kept
-ROUNDING = 1e-12
+ROUNDING = 1e-12  # of the largest force: what is left of sums of forces that are 0
 ORBIT = 1e-9  # tolerance of a step on an orbit, whose forces are known as well as it is followed
 FORCES = ("normal_force", "tangential_force", "reaction")
 WORK = ("drive_work", "joint_work")
@@ -158,10 +158,8 @@ def _peak_error(
     """Error of the largest force of each joint: between the record's halves, and to the coarser record."""
     first = fine["time"] <= half
     early, late = (largest({name: each[part] for name, each in fine.items()}) for part in (first, ~first))
-    least = ROUNDING * np.max(peak, initial=0.0)  # of sums of forces, by which a pin's own may differ
-    return np.maximum.reduce(
-        [np.abs(early - late), np.abs(peak - largest(coarse)), np.full_like(peak, least)]
-    )
+    found = np.maximum(np.abs(early - late), np.abs(peak - largest(coarse)))
+    return np.maximum(found, ROUNDING * np.max(peak, initial=0.0))
 
 
 def _of_motion(motion: Settled) -> dict[str, Any]:
@@ -235,7 +233,7 @@ def _at_bounds(given: History, values: np.ndarray, bounds: np.ndarray) -> np.nda
 
 def _impact_speeds(model: Model, records: Records) -> np.ndarray:
     """Largest speed at which contact begins in each joint, or a rigid one hits, m/s; 0 where none does."""
-    rows = records.events[np.isin(records.events[:, KIND], (Event.CONTACT, Event.IMPACT))]
+    rows = begun(model, records.events)
     if not len(rows):
         return np.zeros(len(model.joints))
     speeds = np.abs(approach(model, records, rows[:, ROW:])[1])

@@ -238,15 +238,8 @@ def _hangs_on(dataset: Dataset) -> list[str]:
     if _not_run(dataset["variant_status"]):
         return [*lines, "  other contact data: not looked at"]
     joint = _joints(dataset)[_hardest(dataset, loose=True)]
-    head = (
-        "contact data",
-        "grade",
-        f"force at {joint} (N)",
-        "times ideal",
-        "most of all joints",
-        "separations",
-    )
-    rows = [(*head, "impact speed", "period")]
+    head = ("contact data", "grade", f"force at {joint} (N)", "times ideal", "most of all joints")
+    rows = [(*head, "separations", "impact speed", "period")]
     quantities = ("peak_force", "separations", "impact_speed")
     now = (float(dataset[n].sel(joint=joint)) for n in quantities)
     numbers = _numbers(*now, dataset["force_ratio"], joint)

@@ -296,7 +296,7 @@ def labelled(motion: Entry, keep: int) -> Entry:
     values = values | {"n_steps": ((), motion.get("n_steps", 0))}
     if "end" in motion:
         names, state, *_ = motion["end"]
-        outputs = len(labels["state"][1]) > len(names) if "state" in labels else False
+        outputs = "state" in labels and len(labels["state"][1]) > len(names)
         dim = "end" if outputs else "state"  # as of `simulate`
         labels = labels | {dim: ((dim,), np.array(names, dtype=str), {"long_name": "state"})}
         values["end_state"] = ((dim,), state)
