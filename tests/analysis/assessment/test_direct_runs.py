@@ -20,7 +20,7 @@ stable, and what has neither period nor chaos. So a window is seen whose multipl
 a value said to be chaotic is not so in the sweep, chaos has to last there, 440 turns and those of its
 exponent, from one of the `STARTS` nearest chaotic cells: the page says that it lasts so long, and when it
 dies out is chance. Motions may coexist: a cell that differs is reached once more, in finer steps;
-beside an edge the usual start counts, too. Where a window begins and ends is known to `ACCURACY`.
+beside an edge, and where a trait is as at present again, the usual start counts, too. Where a window begins and ends is known to `ACCURACY`.
 """
 
 import itertools
@@ -275,6 +275,8 @@ def disagreements(mechanism, found, key, side, reach):
     answers = swept(mechanism, key, begin * ratios, present, judged, needed)
     for i, (change, edge) in enumerate(zip(CHANGES, edges, strict=True)):
         same = answers[:, i] == present[i]
+        for cell in again[i][~same[again[i]]]:  # motions may coexist
+            same[cell] = from_start(mechanism.varied({key: begin * ratios[cell]}))[i] == present[i]
         bad = not same[judged[:, i] & looked].all() or not same[again[i]].all()
         bad |= longest(ratios, same | ~judged[:, i]) > share
         if irregular[i]:  # seen in some of the cells

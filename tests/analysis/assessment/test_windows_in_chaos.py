@@ -118,6 +118,26 @@ def test_a_place_is_found_in_a_window_whichever_way_the_crank_turns(monkeypatch,
     assert np.isnan(side.found["chaos"][0])
 
 
+def test_an_edge_is_that_of_the_motion_which_is_followed_where_a_long_step_goes_over_to_another(monkeypatch):
+    """The quiet motion ends at 0.99; from 0.997 on a chaotic one coexists, to which steps over 0.4 % lead."""
+    chaotic, still = scene(monkeypatch, [], 0.0), scene(monkeypatch, [], 1.0)
+    stood = {}
+
+    def at(value, before):
+        left = value < 0.99 or (value < 0.997 and stood[before] / value > 1.004)
+        motion = replace(chaotic if left or before.traits["chaos"] else still)
+        stood[motion] = value
+        return motion
+
+    carried = SimpleNamespace(at=at, lasting=lambda spot, *_: spot, begun=lambda *_: None)
+    side, last, first = edges_module.Side(still, 1.0), replace(still), replace(chaotic)
+    stood |= {last: 1.0, first: 0.98}
+    search = Search(2.0, 0.01, 1e-3)
+    assert edges_module._halved(side, carried, "doubling", (1.0, last), (0.98, first), search) is None
+    edge, error = side.found["doubling"][:2]
+    assert abs(edge - 0.99) <= error <= 1e-3
+
+
 def test_beyond_the_end_of_chaos_each_change_is_an_edge(monkeypatch):
     """Period 1 that doubles again soon beyond the end of chaos has been reached there all the same."""
     at = values()[2]

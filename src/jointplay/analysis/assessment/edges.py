@@ -32,7 +32,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jointplay.analysis.assessment.branch_walk import Branch, Place, Walk, kind_of
+from jointplay.analysis.assessment.branch_walk import SHORTEST, Branch, Place, Walk, kind_of
 from jointplay.analysis.assessment.settled import (
     CHANGES,
     LASTING,
@@ -364,8 +364,8 @@ def _behind(side: Side, carried: Carried, search: Search, end: tuple[Spot, float
         for name in side.changed(spot[1].traits):
             if last is not end[0]:
                 _halved(side, carried, name, last, spot, search)
-            elif kind == ENDED:
-                side.change(name, last[0], spot[0], "bracketed")
+            elif kind == ENDED:  # the orbit's tolerance moves where it ends
+                side.change(name, last[0] / (1 + SHORTEST) ** way, spot[0], "bracketed")
             else:
                 side.change(name, last[0], outer if name == "doubling" else spot[0], kind)
         side.at(spot[0], spot[1].traits, spot[1].period)
@@ -488,26 +488,34 @@ def _halved(
 
     Where chaos in between is too short to be seen from the first one, a window seems to begin farther back.
     In between chaos is followed for less long, if that of the two found in the end is lasting. Before where
-    it begins there may be a window in it, of which one narrower than the accuracy is passed over.
+    it begins there may be a window in it, of which one narrower than the accuracy is passed over. The outer
+    end is reached from the inner one again: a longer step may have gone over to a motion that coexists.
     """
     for waits in (LASTING[:1], LASTING):
         inner, outer = carried.lasting(last, waits), carried.lasting(first, waits)
         if inner[1].traits[name] == outer[1].traits[name]:
             return None
-        before = inner
-        while abs(outer[0] - inner[0]) > search.accuracy * abs(outer[0]):
-            value = (outer[0] + inner[0]) / 2
-            middle = carried.lasting((value, carried.at(value, inner[1])), waits)
-            same = middle[1].traits[name] == inner[1].traits[name]
-            window = None if same else _window(carried, name, inner, middle, side.here, search)
-            if same:
-                before, inner = inner, middle
-            elif window and abs(window.low) <= abs(outer[0]) <= abs(window.high):
-                return window
-            elif window and abs(window.back[0] - value) < abs(outer[0] - value):  # before the edge
-                inner = window.back
-            else:
-                outer = middle
+        before, beyond = inner, [outer]
+        while beyond:
+            outer = beyond.pop()
+            while abs(outer[0] - inner[0]) > search.accuracy * abs(outer[0]):
+                value = (outer[0] + inner[0]) / 2
+                middle = carried.lasting((value, carried.at(value, inner[1])), waits)
+                same = middle[1].traits[name] == inner[1].traits[name]
+                window = None if same else _window(carried, name, inner, middle, side.here, search)
+                if same:
+                    before, inner = inner, middle
+                elif window and abs(window.low) <= abs(outer[0]) <= abs(window.high):
+                    return window
+                elif window and abs(window.back[0] - value) < abs(outer[0] - value):  # before the edge
+                    inner = window.back
+                else:
+                    beyond, outer = [*beyond, outer], middle
+            near = carried.lasting((outer[0], carried.at(outer[0], inner[1])), waits) if beyond else outer
+            if near[1].traits[name] != inner[1].traits[name]:
+                outer = near
+                break
+            before, inner = inner, near
         if all(carried.lasting(each)[1].traits[name] == each[1].traits[name] for each in (inner, outer)):
             break
     begins = name == "chaos" and outer[1].traits[name] and before is not inner
