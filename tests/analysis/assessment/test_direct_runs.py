@@ -19,8 +19,9 @@ then is followed 6000 more, as at an edge of chaos, which may die out late: an o
 stable, and what has neither period nor chaos. So a window is seen whose multiplier passes -1 by 0.004. Where
 a value said to be chaotic is not so in the sweep, chaos has to last there, 440 turns and those of its
 exponent, from one of the `STARTS` nearest chaotic cells: the page says that it lasts so long, and when it
-dies out is chance. Motions may coexist: a cell that differs is reached once more, in finer steps;
-beside an edge, and where a trait is as at present again, the usual start counts, too. Where a window begins and ends is known to `ACCURACY`.
+dies out is chance. Motions may coexist: a cell that differs is reached once more, in finer steps; beside an
+edge, and where a trait is as at present again, the usual start counts, too. Where a window begins and ends
+is known to `ACCURACY`.
 """
 
 import itertools
