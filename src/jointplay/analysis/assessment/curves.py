@@ -73,13 +73,11 @@ def curve(here: Settled, key: str, start: Any, turns: int, how: Plan) -> dict[st
     middle = len(where) // 2
     stands(0.0, name)
     above = [scene.of(here), *scene.rows(where[middle + 1 :])]
-    scene.outward()
     stands(0.4, name)
     rows = scene.rows(where[:middle][::-1])[::-1] + above
     changes = []
     for way in (-1, 1):
         stands(0.85 + 0.05 * way, name)
-        scene.outward()
         changes.append(scene.change(rows, where, way))
     answer = columns(rows, ("status", "period", "lost", "grade", "peak", "ideal", "impact_speed"))
     answer["statuses"] = answer.pop("status")
@@ -98,12 +96,9 @@ class Scene:
         self.slow, self.ideal = here.radius > SLOW, {}
         over_clearance = key.rsplit(".", 1)[-1] == "clearance"
         self.smooth = self.mechanism.replace(clearance=0.0) if over_clearance else None
-        self.first = None if here.orbit is None else self.branch.first(self.present, here.orbit)
-        self.outward()
-
-    def outward(self) -> None:
-        """Begin at the present value again."""
-        self.places = self.first and [self.first]
+        first = None if here.orbit is None else self.branch.first(self.present, here.orbit)
+        self.places = {way: [] if first is None else [first] for way in (-1, 1)}  # outward on each side
+        self.ended = dict.fromkeys((-1, 1), math.inf if first else 0.0)  # distances, in the logarithm
 
     def rows(self, where: np.ndarray) -> list[dict[str, Any]]:
         """Rows of a curve at values over the present one, which lie outward from it."""
@@ -172,20 +167,25 @@ class Scene:
 
     def _on_orbit(self, value: float, motion: Settled) -> Settled | None:
         """The present orbit followed to a value, if a motion approaches it there however slowly."""
-        if self.places is None:
+        way, far = (1 if abs(value) > abs(self.present) else -1), self._far(value)
+        if far >= self.ended[way]:
             return None
-        way, far = (1 if abs(value) > abs(self.present) else -1), abs(math.log(value / self.present))
-        before = [place for place in self.places if abs(math.log(place.value / self.present)) <= far]
-        walk = Walk(self.branch, before, way, far, STEP)
+        before = [place for place in self.places[way] if self._far(place.value) <= far]
+        walk = Walk(self.branch, [*before], way, far, STEP)
         while (place := walk.onward()) and place.stable:
             pass
+        stable = [each for each in walk.places if each.stable]
+        self.places[way] = stable + self.places[way][len(before) :]
         if place or walk.ended is not None:
-            self.places = None
+            self.ended[way] = self._far(place.value if place else walk.ended)
             return None
-        self.places = walk.places
         there = walk.places[-1].orbit
         near = approached(there, self.branch.map(value, there.map.rtol), motion.end.state)
         return on_orbit(motion.mechanism, there, self.how) if near else None
+
+    def _far(self, value: float) -> float:
+        """Distance of a value from the present one, in the logarithm."""
+        return abs(math.log(value / self.present))
 
     def change(self, rows: list[dict[str, Any]], where: np.ndarray, way: int) -> np.ndarray:
         """The last place with the present grade on a side, and the first with another one, as `END`.
