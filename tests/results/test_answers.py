@@ -10,6 +10,7 @@ from jointplay.analysis.orbits.branch import ENDS
 from jointplay.analysis.orbits.branch_points import KINDS as SPECIAL
 from jointplay.analysis.orbits.orbit_dataset import STABILITY
 from jointplay.analysis.quantities import STATUS
+from jointplay.analysis.sweeps.bifurcation import motions
 from jointplay.kinds import KINDS
 from jointplay.solver.method.codes import Event, Mode
 
@@ -58,6 +59,26 @@ def test_chaotic_is_said_only_by_the_error(value, error, correlation, words):
     lines = said(exponents(value, error, correlation))
     assert lines[0] == f"largest exponent of the section map {words}"
     assert ("take more turns" in lines[-1]) == ("undecided" in words)
+
+
+@pytest.mark.parametrize(
+    ("value", "word"), [(0.00227, "undecided"), (0.008, "undecided"), (0.009, "chaotic")]
+)
+def test_neighbours_that_part_no_faster_than_time_are_no_chaos(value, word):
+    """ln 800 / 800 is 0.00836."""
+    turns = {"exponent_turns": var((), 800.0)}
+    lines = said(exponents(value, 0.00064, **turns))
+    assert lines[0].endswith(word)
+    assert ("not chaotic may part as fast" in lines[-1]) == (word == "undecided")
+    pair = {
+        f"section_{name}_per_turn": var(("speed", "multiplier"), [[each]])
+        for name, each in (("exponent", value), ("standard_error", 0.00064))
+    }
+    found = {"period": var("speed", [0]), "cell_status": coded("speed", [0], STATUS)}
+    diagram = result(
+        "bifurcation", found | pair | {"exponent_turns": var("speed", [800.0])}, {"speed": [1.0]}
+    )
+    assert motions(diagram).item() == ("chaotic" if word == "chaotic" else "no period found")
 
 
 def test_unknown_exponents_and_twins():

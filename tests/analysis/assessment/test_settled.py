@@ -48,9 +48,8 @@ def test_a_motion_whose_neighbours_part_no_faster_than_time_is_not_chaotic(expon
     """An undamped swing, measured over 800 turns with an error of 0.00064: ln 800 / 800 is 0.00836."""
     own = {"exponent_per_turn": exponent, "standard_error_per_turn": 0.00064, "batch_correlation": 0.0}
     values = {f"section_{name}": (("multiplier",), [each]) for name, each in own.items()}
-    answer = {"end": End((), np.zeros(0), 0.0), "values": values | {"period": ((), 0)}}
-    found = Settled.found(None, answer, plan(10, 8, 800, 1e-7, None))
-    assert found.traits["chaos"] is chaotic
+    values |= {"period": ((), 0), "exponent_turns": ((), 800.0)}
+    assert Settled(None, End((), np.zeros(0), 0.0), values).traits["chaos"] is chaotic
 
 
 @pytest.fixture

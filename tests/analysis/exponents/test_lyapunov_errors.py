@@ -129,6 +129,7 @@ def test_a_cell_is_what_the_function_gives():
     for name in ("lyapunov_exponent", "lyapunov_standard_error_per_turn", "batch_correlation"):
         np.testing.assert_allclose(cell[name], found[name].values, rtol=1e-13)
     assert run.turn_period == float(found.turn_period)
+    assert cell["exponent_turns"] == pytest.approx(50) == float(found.exponent_turns)
 
 
 @pytest.mark.nightly

@@ -97,8 +97,7 @@ class Scene:
         over_clearance = key.rsplit(".", 1)[-1] == "clearance"
         self.smooth = self.mechanism.replace(clearance=0.0) if over_clearance else None
         first = None if here.orbit is None else self.branch.first(self.present, here.orbit)
-        self.places = {way: [] if first is None else [first] for way in (-1, 1)}  # outward on each side
-        self.ended = dict.fromkeys((-1, 1), math.inf if first else 0.0)  # distances, in the logarithm
+        self.walks = {way: first and Walk(self.branch, [first], way, math.inf, STEP) for way in (-1, 1)}
 
     def rows(self, where: np.ndarray) -> list[dict[str, Any]]:
         """Rows of a curve at values over the present one, which lie outward from it."""
@@ -117,7 +116,7 @@ class Scene:
             for each, answer in zip(left, settle_together(points, how), strict=True):
                 each["status"] = answer["status"]
                 if not answer["status"]:
-                    each["motion"] = Settled.found(each["mechanism"], answer, how)
+                    each["motion"] = Settled(each["mechanism"], answer["end"], answer["values"])
                     each["model"] = moved(each["model"], answer["end"].state)
         return found
 
@@ -159,33 +158,27 @@ class Scene:
         like = np.array([ideal.get(name, np.nan) for name in found["names"]])
         lost = motion.traits["contact_loss"] or bool(np.any(found["separations"] > 0))
         row = {name: found[name] for name in ("names", "peak", "period", "impact_speed")}
-        mark = float(
-            grade(lost, largest(over_ideal(found["peak"], like)), float(np.max(found["impact_speed"])))
-        )
+        hardest = float(np.max(found["impact_speed"]))
+        mark = float(grade(lost, largest(over_ideal(found["peak"], like)), hardest))
         row |= {"status": 0, "lost": lost, "ideal": like, "grade": mark, "motion": motion}
         return row | {"settled": bool(motion.period or motion.traits["chaos"])}
 
     def _on_orbit(self, value: float, motion: Settled) -> Settled | None:
         """The present orbit followed to a value, if a motion approaches it there however slowly."""
-        way, far = (1 if abs(value) > abs(self.present) else -1), self._far(value)
-        if far >= self.ended[way]:
+        known = self.walks[1 if abs(value) > abs(self.present) else -1]
+        if known is None or (far := known.distance(value)) >= known.limit:
             return None
-        before = [place for place in self.places[way] if self._far(place.value) <= far]
-        walk = Walk(self.branch, [*before], way, far, STEP)
+        before = [place for place in known.places if known.distance(place.value) <= far]
+        walk = replace(known, places=[*before], limit=far)
         while (place := walk.onward()) and place.stable:
             pass
-        stable = [each for each in walk.places if each.stable]
-        self.places[way] = stable + self.places[way][len(before) :]
+        known.places[: len(before)] = [each for each in walk.places if each.stable]
         if place or walk.ended is not None:
-            self.ended[way] = self._far(place.value if place else walk.ended)
+            known.limit = known.distance(place.value if place else walk.ended)  # as far as it is stable
             return None
         there = walk.places[-1].orbit
         near = approached(there, self.branch.map(value, there.map.rtol), motion.end.state)
         return on_orbit(motion.mechanism, there, self.how) if near else None
-
-    def _far(self, value: float) -> float:
-        """Distance of a value from the present one, in the logarithm."""
-        return abs(math.log(value / self.present))
 
     def change(self, rows: list[dict[str, Any]], where: np.ndarray, way: int) -> np.ndarray:
         """The last place with the present grade on a side, and the first with another one, as `END`.

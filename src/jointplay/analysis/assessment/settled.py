@@ -31,7 +31,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.exponents.batch_means import ERRORS, widened
+from jointplay.analysis.exponents.batch_means import ERRORS, parting, widened
 from jointplay.analysis.orbits import shooting
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
 from jointplay.analysis.orbits.shooting import Orbit, at_phase, nearby, on_section
@@ -117,12 +117,6 @@ class Settled:
         """The motion of a mechanism, from the answer of a cell."""
         return cls(mechanism, End.read(plain["end"]), plain["values"], plain["orbit"], plain["radius"])
 
-    @classmethod
-    def found(cls, mechanism: Mechanism, answer: Mapping[str, Any], how: Plan) -> Settled:
-        """The motion of a mechanism, as `attractor.settle` answers."""
-        turns = {"exponent_turns": ((), how.lyapunov_turns)}
-        return cls(mechanism, answer["end"], answer["values"] | turns)
-
     @property
     def period(self) -> int:
         """Turns after which the motion repeats; 0 for none."""
@@ -135,10 +129,10 @@ class Settled:
             float(self.value(f"section_{name}"))
             for name in ("exponent_per_turn", "standard_error_per_turn", "batch_correlation")
         )
-        turns = float(self.value("exponent_turns"))
-        sure = bool(exponent > max(ERRORS * widened(error, correlation), np.log(turns) / turns))
+        least = max(ERRORS * widened(error, correlation), parting(self.value("exponent_turns")))
         lost = bool(np.any(np.asarray(self.value("contact_fraction", 1.0)) < 1.0))
-        return {"contact_loss": lost, "doubling": self.period != 1, "chaos": self.period == 0 and sure}
+        chaos = self.period == 0 and bool(exponent > least)
+        return {"contact_loss": lost, "doubling": self.period != 1, "chaos": chaos}
 
 
 def present(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
@@ -280,5 +274,5 @@ def followed(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
         answer = settle(mechanism, start, how)
         if answer["status"]:
             raise Unsettled(answer["status"])
-        known[key] = Settled.found(mechanism, answer, how).plain()
+        known[key] = Settled(mechanism, answer["end"], answer["values"]).plain()
     return Settled.of(mechanism, known[key])

@@ -10,9 +10,10 @@ mean with the next one's, which lies within 2/sqrt(40) = 0.32 of 0 in 95 of 100 
 number of blocks, that of independent blocks of this scatter that would have this error.
 
 A motion is called chaotic only where the largest exponent of its section's map is above 0 by more than three
-standard errors, and stable where it is below by as much; all else is undecided. An error bar whose batches
-follow one another is too small, and is widened before it decides: means of correlation r from one to the next
-have the error of independent ones times sqrt((1 + r)/(1 - r)).
+standard errors and by more than ln N / N after N turns, since neighbours of a motion that neither settles nor
+is chaotic part as N; and stable where it is below 0 by three errors. All else is undecided. An error bar
+whose batches follow one another is too small, and is widened before it decides: means of correlation r from
+one to the next have the error of independent ones times sqrt((1 + r)/(1 - r)).
 """
 
 from __future__ import annotations
@@ -149,10 +150,28 @@ def widened(error: Any, correlation: Any) -> Any:
     return error * np.sqrt((1 + shown) / (1 - shown))
 
 
-def section_correlation(dataset: xr.Dataset) -> Any:
-    """Correlation of batch means of the section map's largest exponent; 0 where that was not recorded."""
-    name = "section_batch_correlation"
-    return dataset[name].isel(multiplier=0) if name in dataset else 0.0
+def largest_exponent(result: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray, str, str]:
+    """The largest exponent, its error, its name, and ``per turn`` or ``per second``.
+
+    The section map's where the result has it, else the flow's, whose zero tells nothing.
+    """
+    of_section = any(str(name).startswith("section_exponent") for name in result)
+    word, dim = ("section", "multiplier") if of_section else ("lyapunov", "exponent")
+    tail, per = ("_per_turn", "per turn") if f"{word}_exponent_per_turn" in result else ("", "per second")
+    name = "largest exponent of the section map" if word == "section" else "largest exponent of the flow"
+    value, error = (result[f"{word}_{each}{tail}"].isel({dim: 0}) for each in ("exponent", "standard_error"))
+    return value, error, name, per
+
+
+def beside(dataset: xr.Dataset) -> dict[str, Any]:
+    """What decides on the section map's largest exponent beside its error, where it was recorded."""
+    found = {"correlation": dataset.get("section_batch_correlation"), "turns": dataset.get("exponent_turns")}
+    return {n: a.isel(multiplier=0, missing_dims="ignore") for n, a in found.items() if a is not None}
+
+
+def parting(turns: Any) -> Any:
+    """Growth per turn of neighbours that part as the number of turns; 0 where that is not known."""
+    return np.where(turns > 1, np.log(np.maximum(turns, 1)) / np.maximum(turns, 1), 0.0)
 
 
 def decided(
@@ -161,9 +180,14 @@ def decided(
     above: str = CHAOTIC,
     below: str = "stable",
     correlation: Any = 0.0,
+    turns: Any = 0.0,
 ) -> xr.DataArray:
-    """The word that the sign of each value deserves, by its error; minus infinity is below 0."""
+    """The word that the sign of each value deserves, by its error; minus infinity is below 0.
+
+    Values per turn are above 0 only if neighbours part faster than as the number of `turns`.
+    """
     error = widened(error, correlation)
     sure = np.isfinite(error)
-    positive, negative = sure & (value > ERRORS * error), sure & (value < -ERRORS * error)
+    positive = sure & (value > np.maximum(ERRORS * error, parting(turns)))
+    negative = sure & (value < -ERRORS * error)
     return codes.chosen(positive, above, codes.chosen(negative | np.isneginf(value), below, UNDECIDED))

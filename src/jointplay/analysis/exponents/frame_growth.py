@@ -110,7 +110,8 @@ def of_the_section(run: Stretched, turn: float) -> dict[str, np.ndarray]:
         vectors = run.logs.stop - run.logs.start
         none = np.full(min(vectors, len(model.state) - model.memories - 1), np.nan)
         found = dict.fromkeys(found, none)
-    return {new: found[old] for new, old in OF_THE_FLOW.items()}
+    turns = (run.rows[-1, 0] - run.rows[0, 0]) / turn if len(run.rows) else math.nan
+    return {new: found[old] for new, old in OF_THE_FLOW.items()} | {"exponent_turns": turns}
 
 
 def of_the_flow(run: Stretched, count: int) -> tuple[np.ndarray, slice]:
@@ -292,6 +293,7 @@ OUTS = {
 
 
 OF_THE_FLOW = dict(zip(OUTS, batch_means.ESTIMATES, strict=False))  # what is the same of the flow
+OUTS |= {"exponent_turns": Out((), "turns over which exponents are means")}
 
 
 NUMBER = "number of the exponent of the section's map, the largest first"

@@ -20,7 +20,7 @@ from jointplay.analysis import rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, run_values
 from jointplay.analysis.exponents import batch_means, frame_growth, growth
-from jointplay.analysis.exponents.batch_means import ERRORS, UNDECIDED, decided, section_correlation
+from jointplay.analysis.exponents.batch_means import ERRORS, UNDECIDED, beside, decided, parting
 from jointplay.analysis.exponents.frame_growth import (
     USABLE,
     Stretch,
@@ -87,36 +87,22 @@ def _ensemble_fits(
         yield Problem("ensemble", ensemble, expected)
 
 
-def largest(result: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray, str, str]:
-    """The largest exponent, its error, its name, and ``per turn`` or ``per second``.
-
-    The section map's where the result has it, else the flow's, whose zero tells nothing.
-    """
-    word, dim = ("section", "multiplier") if "section_exponent" in result else ("lyapunov", "exponent")
-    tail, per = ("_per_turn", "per turn") if f"{word}_exponent_per_turn" in result else ("", "per second")
-    name = "largest exponent of the section map" if word == "section" else "largest exponent of the flow"
-    value, error = (result[f"{word}_{each}{tail}"].isel({dim: 0}) for each in ("exponent", "standard_error"))
-    return value, error, name, per
-
-
 def verdict(result: xr.Dataset) -> xr.DataArray:
     """The word ``chaotic``, ``stable`` or ``undecided`` of each run."""
-    value, error, name, _ = largest(result)
-    words = decided(value, error, correlation=section_correlation(result))
-    if "flow" in name:
-        words = codes.chosen(words == "stable", "comes to rest", words)
-    return words
+    value, error, name, _ = batch_means.largest_exponent(result)
+    words = decided(value, error, **beside(result))
+    return codes.chosen(words == "stable", "comes to rest", words) if "flow" in name else words
 
 
 def answer(result: xr.Dataset) -> str:
     """The largest exponent and its verdict; a second line on the checks."""
-    value, error, name, per = largest(result)
+    value, error, name, per = batch_means.largest_exponent(result)
     word = str(verdict(result).item())
     if math.isnan(float(value)):
         return _at_rest(result) or f"{name}: not known"
     lines = [f"{name} {signed(float(value), float(error))} {per}: {word}"]
     if word == UNDECIDED:
-        lines.append(_why(float(value), float(error)))
+        lines.append(_why(result, float(value), float(error)))
     if "growth" in result and math.isfinite(float(result["growth"])):
         twin = signed(float(result["growth"]), float(result["growth_standard_error"]))
         apart = abs(float(result["growth_difference"]))
@@ -136,7 +122,9 @@ def _at_rest(result: xr.Dataset) -> str:
     return f"{said}; the motion is at rest or comes to rest, so that it has no section"
 
 
-def _why(value: float, error: float) -> str:
+def _why(result: xr.Dataset, value: float, error: float) -> str:
+    if ERRORS * error < value <= parting(beside(result).get("turns", 0.0)):
+        return "neighbours of a motion that is not chaotic may part as fast in so few turns: take more turns"
     if math.isfinite(error) and abs(value) > ERRORS * error:
         return (
             "successive batches of the record are correlated, so that its error is too small: take more turns"

@@ -32,7 +32,7 @@ from pydantic import BeforeValidator
 from jointplay.analysis import rules
 from jointplay.analysis.cells import Read, Work, answered
 from jointplay.analysis.declared import Outputs
-from jointplay.analysis.exponents.batch_means import CHAOTIC, decided, section_correlation
+from jointplay.analysis.exponents.batch_means import CHAOTIC, beside, decided, largest_exponent
 from jointplay.analysis.keywords import Moving, Names, Settling, Starts, analysis, as_list, as_several
 from jointplay.analysis.labels import PLANE, Out, along, xr
 from jointplay.analysis.quantities import recorded
@@ -163,13 +163,8 @@ def motions(dataset: xr.Dataset) -> xr.DataArray:
     period = dataset["period"]
     none = codes.chosen(period == 0, "no period found", "not known")
     if "section_exponent_per_turn" in dataset or "lyapunov_exponent_per_turn" in dataset:
-        word, dim = (
-            ("section", "multiplier") if "section_exponent_per_turn" in dataset else ("lyapunov", "exponent")
-        )
-        value, error = (
-            dataset[f"{word}_{each}_per_turn"].isel({dim: 0}) for each in ("exponent", "standard_error")
-        )
-        sure = decided(value, error, correlation=section_correlation(dataset)) == CHAOTIC
+        value, error, *_ = largest_exponent(dataset)
+        sure = decided(value, error, **beside(dataset)) == CHAOTIC
         none = codes.chosen((period == 0) & sure, CHAOTIC, none)
     known = [f"period {n}" if n > 0 else "" for n in range(int(max(period.max(), 0)) + 1)]
     named = period.copy(data=np.array(known)[np.maximum(period.values, 0)])

@@ -148,7 +148,7 @@ def _answer(found: Mapping[str, Any], made: Mapping[str, Any], asked: Asked) -> 
     if found["status"]:
         return {"status": found["status"], "trouble": found.get("trouble", "")} | none
     mechanism, start = made["point"]
-    motion = Settled.found(mechanism, found, asked.plan)
+    motion = Settled(mechanism, found["end"], found["values"])
     period = {"status": 0, "period": int(motion.value("period"))}
     if period["period"] == 0 and not motion.traits["chaos"]:  # what was looked for was not found
         return none | period | {"event": [UNDECIDED] * len(asked.events), "end": motion.end}
