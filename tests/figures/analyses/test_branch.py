@@ -112,7 +112,11 @@ def test_a_detail_holds_what_lies_in_it_and_the_rest_has_logarithms():
     assert whole.get_ylim()[1] >= 1.0
     assert [len(ax.texts) for ax in (detail, whole)] == [0, 1]
     assert not detail.get_ylabel() == whole.get_ylabel() == ""
-    for wrong in ({"detail": [1, 0]}, {"detail": [1.0, 2.0]}, {"scale": "cubic"}):
+    detail, whole = figures.draw(data, options | {"detail": [1.0, 2.0]}).axes
+    assert [text.get_text() for text in detail.texts] == ["No branch reaches this stretch"]
+    assert detail.get_xlim() == pytest.approx((1e6, 2e6))
+    assert len(whole.texts) == 1
+    for wrong in ({"detail": [1, 0]}, {"scale": "cubic"}):
         with pytest.raises(InputError, match=f"figure.{next(iter(wrong))}"):
             figures.draw(data, options | wrong)
     shifted = data.assign_coords(clearance=data.clearance - 2.5e-5)

@@ -63,7 +63,8 @@ def continuation(
     scale : {"linear", "log"}
         Of the parameter.
     detail : pair, optional
-        Values of the parameter between which the branches are drawn once more, enlarged, on the left.
+        Values of the parameter between which the branches are drawn once more, enlarged, on the left; the
+        panel says so where none reaches there.
     over : Dataset, optional
         A bifurcation diagram over the same parameter, drawn as small points.
     """
@@ -108,10 +109,12 @@ def reach(ax: Axes, dataset: Dataset, frame: Frame, scale: str, part: Sequence[f
         there = [
             line.get_ydata()[(line.get_xdata() >= low) & (line.get_xdata() <= high)] for line in ax.lines
         ]
+        ax.set_xlim(low, high)
         if not (y := np.concatenate(there))[np.isfinite(y)].size:
-            raise select.refuse("detail", list(part), "a stretch that a branch reaches is accepted")
+            artists.say(ax, "No branch reaches this stretch")
+            return
         pad = AROUND * (np.nanmax(y) - np.nanmin(y))
-        ax.set(xlim=(low, high), ylim=(np.nanmin(y) - pad, np.nanmax(y) + pad))
+        ax.set_ylim(np.nanmin(y) - pad, np.nanmax(y) + pad)
     elif select.choice("scale", scale, SCALES) == "log":
         if not np.nanmin(x, initial=np.inf) > 0:
             raise select.refuse("scale", scale, "linear: values of the parameter are not all above 0")
