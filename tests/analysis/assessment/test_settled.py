@@ -336,7 +336,7 @@ def test_behind_an_orbits_end_what_soon_has_its_period_again_ends_a_window(monke
     monkeypatch.setattr(edges_module, "lasting", lambda given, *_: given)
     monkeypatch.setattr(edges_module, "Parameter", lambda *_: SimpleNamespace(value=0.9, noun="clearance"))
     side = edges_module.Side(here := motion(1), 1.0, 0.01, 0.9)
-    search, end = edges_module.Search(2.0, 0.0025, 0.9e-3), ((1.0, here), 1.0, "period_doubling")
+    search, end = edges_module.Search(2.0, 0.0025, 0.9e-3), ((1.0, here), 1.0, 1.0, "period_doubling")
     behind = edges_module._behind(side, carried(), search, end, 1)
     if window:
         ((low, high, period),) = side.windows.values()
@@ -347,6 +347,18 @@ def test_behind_an_orbits_end_what_soon_has_its_period_again_ends_a_window(monke
         assert not side.windows
     edge = side.found["doubling"][0]
     assert edge == pytest.approx(1.0, rel=1e-3) if periods[-1] == 2 else np.isnan(edge)
+
+
+def test_where_an_orbit_ends_is_known_as_well_as_its_tolerance_lets_it(monkeypatch):
+    monkeypatch.setattr(edges_module, "followed", lambda *_: motion(2))
+    monkeypatch.setattr(edges_module, "settled", lambda *_: motion(2))
+    monkeypatch.setattr(edges_module, "Parameter", lambda *_: SimpleNamespace(value=0.9, noun="clearance"))
+    side = edges_module.Side(here := motion(1), 1.0, 0.01, 0.9)
+    end = ((1.0, here), 0.9999, 1.0001, edges_module.ENDED)
+    edges_module._behind(side, carried(), edges_module.Search(2.0, 0.0025, 1e-3), end, 1)
+    _, _, low, high, _, how = side.found["doubling"]
+    assert (low, high) == (0.9999, 1.0001 * 1.001)
+    assert edges_module.HOW[how] == "bracketed"
 
 
 class Walked:

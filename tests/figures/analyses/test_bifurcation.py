@@ -120,6 +120,15 @@ def test_without_exponents_there_is_one_panel_and_with_periods_one_more():
     assert [text.get_text() for text in ax.get_yticklabels()][-1] == "none"
 
 
+def test_contacts_lost_are_those_of_the_joint_that_loses_most():
+    data = sweep(("up",)).isel(joint=[0, 0]).assign_coords(joint=["A", "B"])
+    with pytest.raises(InputError, match=r"figure\.separations: got True; false"):
+        figures.draw(data, separations=True)
+    data["separations"] = data.impacts * xr.DataArray([1.0, 2.0], dims="joint")
+    _, _, ax = figures.draw(data, separations=True).axes
+    np.testing.assert_array_equal(clouds(ax)[0].get_ydata(), [0.0, 2.0, 4.0, 6.0, 8.0])
+
+
 def test_another_quantity_link_direction_and_start():
     data = sweep(starts=2)
     figure = figures.draw(data, quantity="angle", link="coupler", direction="down", start=1)

@@ -342,21 +342,26 @@ def _along_orbits(side: Side, carried: Carried, search: Search, way: int) -> Non
         if kind in SURE and side.changed(here.traits | {"doubling": True}):
             side.change("doubling", inner.value, outer, kind)  # however long the next motion takes to settle
         last = inner.value, replace(here, end=here.end._replace(state=inner.at_start(), journals=None))
-        first = _behind(side, carried, search, (last, outer, kind), way)
+        held = walk.value(max(walk.distance(inner.value) - SHORTEST, 0.0))  # its tolerance moves its end
+        first = _behind(side, carried, search, (last, held if kind == ENDED else last[0], outer, kind), way)
         if first[1].period != here.period:
             break
         place = branch.first(first[0], first[1].end.state)
     _beyond(side, carried, search, first, way, limit - abs(math.log(first[0] / begin)))
 
 
-def _behind(side: Side, carried: Carried, search: Search, end: tuple[Spot, float, str], way: int) -> Spot:
-    """The motion behind the end of an orbit: of its period, or at the end of what a change has to last."""
-    last, outer, kind = end
+def _behind(
+    side: Side, carried: Carried, search: Search, end: tuple[Spot, float, float, str], way: int
+) -> Spot:
+    """The motion behind the end of an orbit: of its period, or at the end of what a change has to last.
+
+    `end`: the last motion on the orbit; a value up to which it has surely not ended; one where it has; how.
+    """
+    last, held, outer, kind = end
     begin, limit = float(Parameter(carried.mechanism, carried.key).value), math.log(search.reach)
     values = [outer * (1 + search.accuracy) ** way]
-    if search.lasting > search.accuracy:
-        shares = search.lasting * np.arange(1, PROBES + 1) / PROBES
-        values += [float(last[0] * (1 + share) ** way) for share in shares if share > search.accuracy]
+    shares = search.lasting * np.arange(1, PROBES + 1) / PROBES
+    values += [float(last[0] * (1 + share) ** way) for share in shares if share > search.accuracy]
     values = [each for each in values if abs(math.log(each / begin)) <= limit] or [outer]
     soon = carried.soon(values, last[1])
     for spot in soon or carried.patient([values[0], values[-1]][: len(values)], last[1]):
@@ -364,10 +369,9 @@ def _behind(side: Side, carried: Carried, search: Search, end: tuple[Spot, float
         for name in side.changed(spot[1].traits):
             if last is not end[0]:
                 _halved(side, carried, name, last, spot, search)
-            elif kind == ENDED:  # the orbit's tolerance moves where it ends
-                side.change(name, last[0] / (1 + SHORTEST) ** way, spot[0], "bracketed")
             else:
-                side.change(name, last[0], outer if name == "doubling" else spot[0], kind)
+                met = outer if name == "doubling" and kind != ENDED else spot[0]
+                side.change(name, held, met, "bracketed" if kind == ENDED else kind)
         side.at(spot[0], spot[1].traits, spot[1].period)
         last = spot
         if spot[1].period == side.here.period:

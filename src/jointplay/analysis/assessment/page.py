@@ -625,8 +625,8 @@ def _command(dataset: Dataset, key: str, side: str, ratio: float, source: str) -
     low, high = sorted((value, value * (1 + 1.1 * (ratio - 1))))
     span = f"{{start={low:.6g},stop={high:.6g},num={DIAGRAM}}}"
     way = "down" if (side == "below") == (value > 0) else "up"
-    name = f"name={key.replace('.', '_')}_{side}"
-    settings = f"kind=bifurcation {name} figure={{}} 'analysis={{direction=\"{way}\",exponents=1}}'"
+    named = f"name={key.replace('.', '_')}_{side} 'figure={{separations=true}}'"
+    settings = f"kind=bifurcation {named} 'analysis={{direction=\"{way}\",exponents=1}}'"
     return f"jointplay run {source} --set {settings} 'vary.{key}={span}'"
 
 

@@ -187,7 +187,6 @@ def decided(
     Values per turn are above 0 only if neighbours part faster than as the number of `turns`.
     """
     error = widened(error, correlation)
-    sure = np.isfinite(error)
-    positive = sure & (value > np.maximum(ERRORS * error, parting(turns)))
-    negative = sure & (value < -ERRORS * error)
+    positive = value > np.maximum(ERRORS * error, parting(turns))
+    negative = value < -ERRORS * error
     return codes.chosen(positive, above, codes.chosen(negative | np.isneginf(value), below, UNDECIDED))

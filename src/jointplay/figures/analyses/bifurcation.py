@@ -17,7 +17,7 @@ CLASSES = (1, 2, 3, 4, 6, 8, 12, 16)
 SIZES = (1e3, 3e4), (1.8, 0.6)  # of points, pt, by their number
 RIGHT = 0.85  # of the panel's width, from where on a label stands left of its line
 HEADROOM = 0.07  # of a panel: for the labels of lines
-ROWS = {"points": 2.0, "exponent": 1.0, "period": 0.8}
+ROWS = {"points": 2.0, "exponent": 1.0, "period": 0.8, "separations": 0.8}
 
 
 class Frame(NamedTuple):
@@ -43,6 +43,7 @@ def bifurcation(
     at: float | None = None,
     limits: Sequence[Any] | None = None,
     period: bool = False,
+    separations: bool = False,
 ) -> Figure:
     """Draw section points over the varied parameter; below, exponents where there are any.
 
@@ -65,21 +66,23 @@ def bifurcation(
         and a label.
     period : bool
         Draw the period below.
+    separations : bool
+        Draw below how often contact is lost, at the joint where that is most.
     """
-    marked = lines(limits)
-    select.switch("period", period)
+    asked = {"period": period, "separations": separations}
     part, name = sweep_axes.one_parameter(sweep_axes.chosen(dataset, direction, start), at)
-    rows = ["points", *["exponent"] * (sweep_axes.exponents(part) is not None), *["period"] * period]
+    rows = ["points", *["exponent"] * (sweep_axes.exponents(part) is not None)]
+    rows += [row for row, given in asked.items() if select.switch(row, given)]
     figure = style.sheet(180.0, 52.0 + 34.0 * len(rows))
     heights = [ROWS[row] for row in rows]
     axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     frame = diagram(axes[0], part, quantity=quantity, link=link, joint=joint)
-    below = {"exponent": exponents, "period": periods}
+    below = {"exponent": exponents, "period": periods, "separations": losses}
     for row, ax in zip(rows[1:], axes[1:], strict=True):
         below[row](ax, part, name, frame.x)
         axes[0].set_xlabel("")
     for number, ax in enumerate(axes):
-        mark(ax, marked, frame.x, named=number == 0)
+        mark(ax, lines(limits), frame.x, named=number == 0)
     sweep_axes.parameter_axis(axes[-1], part[name])
     artists.letter(axes)
     return artists.finish(figure, dataset)
@@ -154,17 +157,28 @@ def periods(ax: Axes, dataset: Dataset, name: str, unit: Shown) -> None:
     """Draw periods up to 16, and where none was found."""
     from matplotlib.ticker import FixedLocator, NullLocator
 
-    x, top = dataset[name].values * unit.factor, 2 * CLASSES[-1]
-    for one, look in sweep_axes.motions(dataset):
-        values = one["period"].values.astype(float)
-        values[values == 0] = top
-        values[(values < 0) | (one["period"].values > CLASSES[-1])] = np.nan
-        dots = {"marker": "o", "markersize": 1.6 * look["size"], "markeredgewidth": 0}
-        ax.plot(x, values, linestyle="none", color=look["color"], **dots)
+    top, values = 2 * CLASSES[-1], dataset["period"]
+    shown = values.where((values >= 0) & (values <= CLASSES[-1])).where(values != 0, top)
+    _dots(ax, dataset.assign(drawn=shown), name, unit)
     ax.set(yscale="log", ylim=(0.8, 1.3 * top), ylabel="Period (turns)")
     ax.yaxis.set_major_locator(FixedLocator([1, 2, 4, 8, 16, top]))
     ax.yaxis.set_minor_locator(NullLocator())
     ax.set_yticklabels(["1", "2", "4", "8", "16", "none"])
+
+
+def losses(ax: Axes, dataset: Dataset, name: str, unit: Shown) -> None:
+    """Draw how often contact is lost in a turn, at the joint where that is most."""
+    if "separations" not in dataset:
+        raise select.refuse("separations", True, "false: how often contact is lost was not recorded")
+    lost = dataset["separations"]
+    _dots(ax, dataset.assign(drawn=lost.max([dim for dim in lost.dims if dim == "joint"])), name, unit)
+    ax.set_ylabel("Contacts lost\nper turn")
+
+
+def _dots(ax: Axes, dataset: Dataset, name: str, unit: Shown) -> None:
+    for one, look in sweep_axes.motions(dataset):
+        dots = {"marker": "o", "markersize": 1.6 * look["size"], "markeredgewidth": 0, "linestyle": "none"}
+        ax.plot(one[name].values * unit.factor, one["drawn"].values, color=look["color"], **dots)
 
 
 def first_value(at: Any) -> None:

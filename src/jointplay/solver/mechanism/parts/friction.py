@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_validator
 
 from jointplay.display.accepted import article, from_pydantic
 from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, strangers, unknown
@@ -28,6 +28,20 @@ def _with_numbers(schema: dict[str, Any]) -> None:
             about = {"type": "number", "units": each.units, "title": name.replace("_", " ").capitalize()}
             schema["properties"].setdefault(name, about)
     schema["additionalProperties"] = False
+
+
+def law_of(laws: Mapping[str, ForceLaw], kind: str) -> Any:
+    """The type of a law's name: refused where there is no such law of its kind; a schema lists them."""
+
+    def known(law: str) -> str:
+        raise_any(strangers([("", law)], laws, kind))
+        return law
+
+    listed = Field(json_schema_extra=lambda schema: schema.update(enum=[*laws]))
+    return Annotated[str, AfterValidator(known), listed]
+
+
+FrictionLaw = law_of(FRICTIONS, "friction law")
 
 
 class Friction(Record):
@@ -51,14 +65,9 @@ class Friction(Record):
     """
 
     model_config = ConfigDict(extra="allow", json_schema_extra=_with_numbers)
-    law: Annotated[str, Field(json_schema_extra=lambda schema: schema.update(enum=[*FRICTIONS]))] = "coulomb"
+    law: FrictionLaw = "coulomb"
     coefficient: NonNegative = measured("friction coefficient", "1")
     viscous: NonNegative = measured("viscous friction", "N s/m", 0.0)
-
-    @field_validator("law")
-    @classmethod
-    def _known(cls, law: str) -> str:
-        return known_law(law, FRICTIONS, "friction law")
 
     @model_validator(mode="wrap")
     @classmethod
@@ -96,12 +105,6 @@ class Friction(Record):
         told = [f"{n.replace('_', ' ')} {measure(x, units[n])}" for n, x in self.numbers.items()]
         law = "" if self.law == "coulomb" else f" ({', '.join([self.law, *told])})"
         return f"{plain(self.coefficient)}{law}"
-
-
-def known_law(law: str, laws: Mapping[str, ForceLaw], kind: str) -> str:
-    """A law's name; refused where there is no such law of its kind."""
-    raise_any(strangers([("", law)], laws, kind))
-    return law
 
 
 def made_of(record: type[R], handler: Callable[[Any], R], data: Any, problems: list[Problem]) -> R:

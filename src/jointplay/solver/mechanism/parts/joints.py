@@ -30,13 +30,7 @@ from jointplay.solver.mechanism.base import (
 from jointplay.solver.mechanism.measures import in_si
 from jointplay.solver.mechanism.parts.contact_data import ContactData, PinInBush
 from jointplay.solver.mechanism.parts.fits import Fit, limits
-from jointplay.solver.mechanism.parts.friction import (
-    FRICTIONLESS,
-    Friction,
-    checked_numbers,
-    known_law,
-    made_of,
-)
+from jointplay.solver.mechanism.parts.friction import FRICTIONLESS, Friction, checked_numbers, law_of, made_of
 
 _POINT = {"units": "m", "accepts": "a point [x, y] on the ground, two finite numbers in m,"}
 _Point = Annotated[tuple[Number, Number] | None, Field(validate_default=True, json_schema_extra=_POINT)]
@@ -358,6 +352,9 @@ _SOME = PinInBush(
 )  # in the place of a wrong one, so that others are told
 
 
+ContactLaw = law_of(LAWS, "law")
+
+
 class Contact(Record):
     """The law of the normal force in a joint with clearance, at a penetration u ≥ 0.
 
@@ -382,17 +379,12 @@ class Contact(Record):
     """
 
     model_config = ConfigDict(json_schema_extra=_with_parts)
-    law: Annotated[str, Field(json_schema_extra=lambda schema: schema.update(enum=[*LAWS]))] = "kelvin_voigt"
+    law: ContactLaw = "kelvin_voigt"
     stiffness: Positive | None = measured("contact stiffness", "N/m", None)
     damping: NonNegative | None = measured("contact damping", "N s/m", None)
     parameters: dict[Name, Number] = Field(default={})
     tension: Flag = True
     parts: PinInBush | None = None
-
-    @field_validator("law")
-    @classmethod
-    def _known(cls, law: str) -> str:
-        return known_law(law, LAWS, "law")
 
     @model_validator(mode="wrap")
     @classmethod
