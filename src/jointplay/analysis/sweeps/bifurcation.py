@@ -168,8 +168,7 @@ def motions(dataset: xr.Dataset) -> xr.DataArray:
         none = codes.chosen((period == 0) & sure, CHAOTIC, none)
     known = [f"period {n}" if n > 0 else "" for n in range(int(max(period.max(), 0)) + 1)]
     named = period.copy(data=np.array(known)[np.maximum(period.values, 0)])
-    words = codes.chosen(period > 0, named, none)
-    return codes.chosen(dataset["cell_status"] == 0, words, codes.FAILED)
+    return codes.chosen(dataset["cell_status"] == 0, codes.chosen(period > 0, named, none), codes.FAILED)
 
 
 def answer(dataset: xr.Dataset) -> str:

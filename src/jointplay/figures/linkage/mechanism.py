@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from jointplay.display.errors import NOTHING, Problem
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ROWS, MOST = 3, 6  # bearings below each other, and in all
-SIZE, LINE = 84.0, 4.0  # mm of height: of the linkage's panel, of a line of notes
+SIZE, LINE, LETTER = 84.0, 4.0, 1.6  # mm: heights of a panel and of a line, width of a letter
 LEADER = {"color": style.GREY, "linewidth": 0.5, "linestyle": (0, (1.5, 1.5)), "zorder": 1.5}
 
 
@@ -53,12 +54,12 @@ def mechanism(linkage: Mechanism, *, names: bool = True, crank_angle: float | No
     if crank_angle is not None and not select.is_number(crank_angle):
         raise select.refuse("crank_angle", crank_angle, "an angle in rad")
     pose = start_pose(linkage, None if crank_angle is None else {"crank_angle": crank_angle})
-    loose, notes = linkage.clearance_joints[:MOST], remarks(linkage)
-    columns = -(-len(loose) // ROWS)
-    figure = style.sheet(112.0 + 34.0 * columns, SIZE + LINE * len(notes))
-    grid = figure.add_gridspec(
-        max(min(len(loose), ROWS), 1), 1 + columns, width_ratios=[3.0] + [1.0] * columns
-    )
+    loose = linkage.clearance_joints[:MOST]
+    rows, columns = max(min(len(loose), ROWS), 1), -(-len(loose) // ROWS)
+    width = 112.0 + 34.0 * columns
+    notes = [part for line in remarks(linkage) for part in wrap(line, int(width / LETTER))]
+    figure = style.sheet(width, SIZE + LINE * len(notes))
+    grid = figure.add_gridspec(rows, 1 + columns, width_ratios=[3.0] + [1.0] * columns)
     ax = figure.add_subplot(grid[:, 0])
     drawn = whole(ax, linkage, pose)
     panels = [figure.add_subplot(grid[n % ROWS, 1 + n // ROWS]) for n in range(len(loose))]
