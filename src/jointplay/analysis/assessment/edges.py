@@ -67,6 +67,7 @@ ENDED = "ended"  # an orbit that is not found farther on, which says nothing of 
 BRANCHES = 12  # orbits of one period that are followed, one after another
 
 Spot = tuple[float, Settled]
+BranchEnd = tuple[Spot, float, float, str]  # of an orbit: the last motion, up to where it is sure, where not, how
 
 
 @dataclass(frozen=True)
@@ -329,12 +330,11 @@ def _along_orbits(side: Side, carried: Carried, search: Search, way: int) -> Non
     """Follow the present orbit, and those of its period behind its ends; then motions beyond them."""
     here, begin, limit = side.here, side.limit, math.log(search.reach)
     branch = Branch(here.mechanism, carried.key, here.period, carried.how.max_steps)
-    place, left = branch.first(begin, here.orbit), BRANCHES
+    place = branch.first(begin, here.orbit)
     if place is None or not place.stable:  # it is not found once more: its motion is carried
         _carried_along(side, carried, search, way)
         return
-    while place is not None and place.stable and left:
-        left -= 1
+    for _ in range(BRANCHES):
         walk = Walk(branch, [place], way, limit - abs(math.log(place.value / begin)), search.step)
         if (end := _along_branch(side, walk)) is None:
             return
@@ -342,27 +342,33 @@ def _along_orbits(side: Side, carried: Carried, search: Search, way: int) -> Non
         if kind in SURE and side.changed(here.traits | {"doubling": True}):
             side.change("doubling", inner.value, outer, kind)  # however long the next motion takes to settle
         last = inner.value, replace(here, end=here.end._replace(state=inner.at_start(), journals=None))
-        held = walk.value(max(walk.distance(inner.value) - SHORTEST, 0.0))  # its tolerance moves its end
-        first = _behind(side, carried, search, (last, held if kind == ENDED else last[0], outer, kind), way)
-        if first[1].period != here.period:
+        held = _held(side, inner.value, way) if kind == ENDED else inner.value
+        first = _behind(side, carried, search, (last, held, outer, kind), way)
+        place = branch.first(first[0], first[1].end.state) if first[1].period == here.period else None
+        if place is None or not place.stable:
             break
-        place = branch.first(first[0], first[1].end.state)
     _beyond(side, carried, search, first, way, limit - abs(math.log(first[0] / begin)))
 
 
-def _behind(
-    side: Side, carried: Carried, search: Search, end: tuple[Spot, float, float, str], way: int
-) -> Spot:
-    """The motion behind the end of an orbit: of its period, or at the end of what a change has to last.
+def _held(side: Side, end: float, way: int) -> float:
+    """Value up to which an orbit has surely not ended: its tolerance moves its end.
 
-    `end`: the last motion on the orbit; a value up to which it has surely not ended; one where it has; how.
+    Where it is stable over less than that, the middle since the last window.
     """
+    far = abs(math.log(end / side.begin))
+    ends = (abs(math.log(each / side.begin)) for window in side.windows.values() for each in window[:2])
+    since = max((each for each in ends if each <= far), default=0.0)
+    return side.begin * math.exp(way * max(far - SHORTEST, (since + far) / 2))
+
+
+def _behind(side: Side, carried: Carried, search: Search, end: BranchEnd, way: int) -> Spot:
+    """The motion behind the end of an orbit: of its period, or at the end of what a change has to last."""
     last, held, outer, kind = end
-    begin, limit = float(Parameter(carried.mechanism, carried.key).value), math.log(search.reach)
     values = [outer * (1 + search.accuracy) ** way]
     shares = search.lasting * np.arange(1, PROBES + 1) / PROBES
     values += [float(last[0] * (1 + share) ** way) for share in shares if share > search.accuracy]
-    values = [each for each in values if abs(math.log(each / begin)) <= limit] or [outer]
+    limit = math.log(search.reach)
+    values = [each for each in values if abs(math.log(each / side.begin)) <= limit] or [outer]
     soon = carried.soon(values, last[1])
     for spot in soon or carried.patient([values[0], values[-1]][: len(values)], last[1]):
         spot = carried.lasting(spot) if not soon and side.unsure(spot[1]) else spot
@@ -407,9 +413,7 @@ def _along_branch(side: Side, walk: Walk) -> tuple[Place, float, str] | None:
             side.windows[left[1]] = *sorted((left[1], end), key=abs), 2 * here.period
         side.at(place.value, here.traits | {"contact_loss": place.lost}, here.period)
         before, left = place, None
-    if left is not None:
-        return left
-    return None if walk.ended is None else (before, walk.ended, ENDED)
+    return left or (None if walk.ended is None else (before, walk.ended, ENDED))
 
 
 def _beyond(side: Side, carried: Carried, search: Search, first: Spot, way: int, rest: float) -> None:
@@ -423,8 +427,7 @@ def _beyond(side: Side, carried: Carried, search: Search, first: Spot, way: int,
         if isinstance(motion, Unsettled):
             raise motion
         spot = value, motion
-        if side.unsure(motion):
-            spot = carried.lasting(spot, LASTING[:1])
+        spot = carried.lasting(spot, LASTING[:1]) if side.unsure(motion) else spot
         within = [each for at, each in spots[number + 1 :] if abs(at / last[0]) ** way < 1 + search.lasting]
         for name in side.changed(spot[1].traits):
             if any(isinstance(m, Settled) and side.like_here(name, m.traits, m.period) for m in within):
