@@ -366,9 +366,8 @@ def test_an_orbit_is_sure_up_to_shortly_before_its_end_but_in_no_window(begin):
     """By 10⁻⁴, or half of what lies between a window and the end."""
     side = edges_module.Side(motion(1), begin, 0.01, begin)
     assert edges_module._held(side, 0.9 * begin, -1) == pytest.approx(0.9 * begin * np.exp(1e-4), rel=1e-12)
-    side.windows = {
-        high * begin: (low * begin, high * begin, 2) for low, high in ((0.75634, 0.7579), (0.74, 0.75))
-    }
+    both = begin * np.array([[0.75634, 0.7579], [0.74, 0.75]])
+    side.windows = {high: (low, high, 2) for low, high in both}
     assert edges_module._held(side, 0.75632 * begin, -1) == pytest.approx(0.75633 * begin, rel=1e-9)
     assert edges_module._held(side, 0.75634 * begin, -1) == pytest.approx(0.75634 * begin, rel=1e-12)
 

@@ -67,9 +67,7 @@ ENDED = "ended"  # an orbit that is not found farther on, which says nothing of 
 BRANCHES = 12  # orbits of one period that are followed, one after another
 
 Spot = tuple[float, Settled]
-BranchEnd = tuple[
-    Spot, float, float, str
-]  # the last motion, up to where an orbit is sure, where it is no more, how
+BranchEnd = tuple[Spot, float, float, str]  # last motion, up to where it is sure, where it has ended, how
 
 
 @dataclass(frozen=True)
