@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.special import beta
 
 import jointplay as jp
 from jointplay import catalog
@@ -19,6 +20,47 @@ LINKAGE = assemble(catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0), None, 
 def events(*rows):
     """Rows of events: contact, kind, time."""
     return np.array(rows, dtype=float).reshape(-1, 3)
+
+
+def bent(drag, **more):
+    """A driven oscillator with quadratic drag, written with a kink or without."""
+    rates = {"x": "v", "v": f"F*cos(w*t)-.3*x-c*v*{drag}"}
+    numbers = {"F": 1.2, "w": 0.7, "c": 0.5}
+    states = {"x": 0.0, "v": 1.0}
+    return jp.System(name="bent", states=states, parameters=numbers, rates=rates, forcing="2*pi/w", **more)
+
+
+def test_kinks_and_switches_are_no_contacts():
+    stop = {"impacts": [{"name": "stop", "gap": "1.2-x", "restitution": 0.7}]}
+    settings = {"over": {"F": [1.2]}, "turns": 20, "transient": 40, "n_jobs": 1}
+    for more in ({}, stop):
+        kinked, smooth = (
+            (jp.bifurcation(made, **settings), jp.simulate(made, turns=4, transient=10))
+            for made in (bent("abs(v)", **more), bent("sqrt(v*v+1e-18)", **more))
+        )
+        for found, like in zip(kinked, smooth, strict=True):
+            names = ("impacts", "separations", "contact_fraction", "smallest_impact_speed", "contacts_begun")
+            assert [name in found for name in names] == [name in like for name in names]
+            for name in (name for name in names if name in like):
+                np.testing.assert_allclose(found[name].values, like[name].values, rtol=1e-6)
+        assert ("contacts begun" in str(jp.summary(kinked[1]))) == bool(more)
+        assert ("impacts" in kinked[0]) == bool(more)
+
+
+@pytest.mark.parametrize("power", ["depth**1.5", "depth*sqrt(depth)", "depth**n", "max(depth,0)**1.5"])
+def test_an_own_contact_of_hertz_lasts_as_long_as_it_must(power):
+    """A mass m that meets F = k u^1.5 at v is thrown back as fast, after 4/5 B(2/5, 1/2) u_max / v."""
+    system = jp.System(
+        name="hertz",
+        states={"x": -0.1, "v": 1.0},
+        parameters={"k": 1e5, "n": 1.5},
+        rates={"x": "v", "v": "0"},
+        contacts=[{"name": "s", "depth": "x", "force": f"k*{power}"}],
+        scales={"t": 1.0},
+    )
+    found = jp.simulate(system, duration=0.2, transient=0)
+    lasts = 0.8 * beta(0.4, 0.5) * (5 / (4 * 1e5)) ** 0.4
+    np.testing.assert_allclose(found["end_state"].values, (lasts - 0.1, -1.0), rtol=1e-7)
 
 
 def test_counts_of_a_motion_that_begins_free():

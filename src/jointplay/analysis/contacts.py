@@ -60,7 +60,7 @@ def counts(
 
 def of_gaps(model: Model, events: np.ndarray) -> np.ndarray:
     """Events of contacts and walls alone: a jump of states is recorded as an impact, but closes no gap."""
-    return events[events[:, JOINT] < model.gaps]
+    return events[np.isin(events[:, JOINT], model.gaps)]
 
 
 def begun(model: Model, events: np.ndarray) -> np.ndarray:

@@ -153,8 +153,7 @@ class Quantities:
     def _work(self) -> dict[str, np.ndarray]:
         """Works since the start that the equations have, by quantity."""
         columns = self.rows[:, self._n_state + len(self.model.touching) :].T
-        names = (WORK[word][0] for word in powers(self.model.structure))
-        return dict(zip(names, columns, strict=False))
+        return dict(zip((WORK[word][0] for word in powers(self.model.structure)), columns, strict=False))
 
     def _mechanical(self, rows: np.ndarray) -> np.ndarray:
         """Kinetic and potential energy of the links."""
@@ -225,8 +224,7 @@ def attributes(name: str) -> dict[str, Any]:
 def joint_flags(model: Model) -> dict[str, Any]:
     """CF attributes of a contact's number, counted from 0: its joint's or wall's name; -1 is none."""
     names = ["none", *(STRANGE.sub("_", name) for name in model.touching)]
-    values = np.arange(-1, len(names) - 1, dtype=np.int16)
-    return {"flag_values": values, "flag_meanings": " ".join(names)}
+    return {"flag_values": np.arange(-1, len(names) - 1, dtype=np.int16), "flag_meanings": " ".join(names)}
 
 
 def coordinates(model: Model) -> dict[str, Any]:

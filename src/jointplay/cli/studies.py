@@ -179,8 +179,7 @@ def merge_study(arguments: Namespace) -> int:
     from jointplay.study.file import load
 
     study = load(arguments.study, arguments.set)
-    outcome = merge(study, _free(study, arguments), say)
-    return _finished(outcome, study.record.figure, arguments.no_figure)
+    return _finished(merge(study, _free(study, arguments), say), study.record.figure, arguments.no_figure)
 
 
 @verb("plan", STUDY, OUT, JOBS, CHANGE, example=f"{SWEEP} --jobs 8")

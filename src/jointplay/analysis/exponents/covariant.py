@@ -161,8 +161,7 @@ class Recorder:
 
     def _image(self) -> np.ndarray:
         """The frame's image in units of the scales, shape (states, directions that are left)."""
-        tangents = self.bundle.tangents
-        return (self.bundle.vectors[tangents.alive.astype(bool)] / self.scale).T
+        return (self.bundle.vectors[self.bundle.tangents.alive.astype(bool)] / self.scale).T
 
     def blocks(self, until: float, tell: Callable[[], None] | None = None) -> Iterator[Block]:
         """Go on until a time, the run's end or the last direction's; give each block.

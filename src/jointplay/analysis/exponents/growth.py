@@ -76,8 +76,7 @@ class Turn:
         section = {"level": level, "period": math.tau, "direction": model.forward, "skip": skip}
         limits = {"rtol": self.rtol, "max_steps": rules.steps(self.max_steps), "stop_after": turns}
         end = rules.SLACK * turns * model.period
-        request = Request(end, events=events, log_from=0.0, **section, **limits)
-        return rules.to_the_section(model, request)
+        return rules.to_the_section(model, Request(end, events=events, log_from=0.0, **section, **limits))
 
     def state_at(self, records: Records) -> np.ndarray:
         """State at the last passage, as a start: the crank's angle turned back."""

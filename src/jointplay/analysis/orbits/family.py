@@ -229,5 +229,4 @@ def map_derivative(
     own = maps(value)
     if like is not None:
         own = replace(own, phase=like.phase, turns=like.turns, units=like.scale)
-    found = direction(lambda at: replace(maps(at), phase=own.phase), value, key)
-    return own.image(state, directions=found)
+    return own.image(state, directions=direction(lambda at: replace(maps(at), phase=own.phase), value, key))

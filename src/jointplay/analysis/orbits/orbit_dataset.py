@@ -80,7 +80,7 @@ def orbit_numbers(orbit: Orbit) -> dict[str, Any]:
         return missing_numbers(len(section.free)) | {"residual": orbit.residual}
     multipliers = shooting.multipliers(image.derivative)
     near = abs(np.abs(multipliers).max(initial=0.0) - 1) < NEUTRAL
-    begins = np.isin(image.events[:, KIND], BEGINS) & (image.events[:, CONTACT] < section.model.gaps)
+    begins = np.isin(image.events[:, KIND], BEGINS) & np.isin(image.events[:, CONTACT], section.model.gaps)
     gaps, _ = section_map.gaps(section.model, history(section, orbit.state, image.time)[:-1])
     return {
         "period": float(section.turns),
@@ -106,8 +106,7 @@ def missing_numbers(size: int) -> dict[str, Any]:
 def coordinates(section: SectionMap) -> dict[str, Any]:
     """Values of `COORDS`."""
     names = np.array(state_names(section.model), dtype=str)
-    numbers = np.arange(1, len(section.free) + 1)
-    return {"multiplier": numbers, "part": np.array(PARTS), "state": names}
+    return {"multiplier": np.arange(1, len(section.free) + 1), "part": np.array(PARTS), "state": names}
 
 
 def settings(model: Model) -> dict[str, Any]:

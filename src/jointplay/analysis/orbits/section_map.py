@@ -385,7 +385,8 @@ def approach_speeds(model: Model, events: np.ndarray) -> np.ndarray:
         return np.zeros(0)
     _, rates = gaps(model, events[:, TIME:])
     speeds = np.abs(rates[np.arange(len(events)), events[:, CONTACT].astype(int)])
-    return np.where(np.isin(events[:, KIND], OF_GAPS) & (events[:, CONTACT] < model.gaps), speeds, np.nan)
+    closes = np.isin(events[:, KIND], OF_GAPS) & np.isin(events[:, CONTACT], model.gaps)
+    return np.where(closes, speeds, np.nan)
 
 
 def smallest_impact_speed(model: Model, events: np.ndarray) -> float:

@@ -171,7 +171,7 @@ def _described(model: Model, plan: Plan, records: Records) -> dict[str, Any]:
     values = {"period": ((), repeats), "turn_period": ((), last[0] / turns)}
     if model.joints or model.resets:
         words = contacts.words(model, records, last, bounds, repeats if whole else 0)
-        values |= _contacts(model, records, last, turns)
+        values |= _contacts(model, records, last, turns) if model.gaps else {}
         values["mode_word"] = (("joint",), words) if model.links else ((), words[0])
     points = evaluate.quantities(model, plan.rtol, records, rows[-plan.keep :])
     return {
@@ -193,8 +193,9 @@ def _contacts(model: Model, records: Records, last: np.ndarray, turns: float) ->
     }
     closed, end = contacts.closed(model, records, last), last[0]
     if not model.links:
-        counts = contacts.counts(contacts.of_gaps(model, records.events), end, turns, bool(closed.any()))
-        counts |= {name: _least(values) for name, values in close.items()}
+        events = contacts.of_gaps(model, records.events)
+        counts = contacts.counts(events, end, turns, bool(closed[model.gaps].any()))
+        counts |= {name: _least(values[model.gaps]) for name, values in close.items()}
         return {name: ((), value) for name, value in counts.items()}
     each = [contacts.counts(records.events, end, turns, shut, j) for j, shut in enumerate(closed)]
     counts = {name: [one[name] for one in each] for name in each[0]}

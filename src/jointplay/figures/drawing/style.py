@@ -200,5 +200,4 @@ class Panel:
 
 def owner(figure: Any) -> Figure:
     """Return the whole figure that something was drawn in."""
-    inner = figure.ax.figure if isinstance(figure, Panel) else figure
-    return inner.get_figure(root=True)
+    return (figure.ax.figure if isinstance(figure, Panel) else figure).get_figure(root=True)

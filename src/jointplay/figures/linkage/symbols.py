@@ -93,8 +93,7 @@ def guide(ax: Axes, ends: np.ndarray, angle: float, stroke: float) -> Artists:
 
 def slider(ax: Axes, point, angle: float) -> Artists:
     """Draw a block that slides along a line of this angle."""
-    box = [(-2.6, -1.5), (2.6, -1.5), (2.6, 1.5), (-2.6, 1.5)]
-    return _area(ax, box, at(ax, point, angle))
+    return _area(ax, [(-2.6, -1.5), (2.6, -1.5), (2.6, 1.5), (-2.6, 1.5)], at(ax, point, angle))
 
 
 def bar(ax: Axes, ends, bent: bool) -> Artists:

@@ -98,8 +98,7 @@ class Dynamics:
         """F_t while contact j slips: kappa (sigma f F_n + drag)."""
         contact, mask = self.contacts[j], self.masks[j]
         slip = mask.slip * contact.coulomb * self.F_n[j] if contact.sticks else Integer(0)
-        drag = mask.touch * contact.drag
-        return self.tape.let(f"Fs_{contact.name}", slip + drag)
+        return self.tape.let(f"Fs_{contact.name}", slip + mask.touch * contact.drag)
 
     def _released(self, j: int, force: Expr) -> Expr:
         """The share of a contact's friction row that is not sticking."""

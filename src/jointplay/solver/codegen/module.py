@@ -26,6 +26,7 @@ from ..equations.system import Reset, System
 from ..method.modes import (
     CONE,
     FORCE,
+    FORCELESS,
     GAP,
     IN_FLIGHT,
     LATCHES,
@@ -104,6 +105,7 @@ def _names(system: System) -> str:
         + SHARES * (c.sticks and bool(c.face))
         + LATCHES * c.latches
         + SWITCHES * bool(c.acts_along)
+        + FORCELESS * (not c.sticks and not any(c.normal))
         for c in system.contacts
     }
     return f"CONTACTS = {flags!r}\nRESETS = {[reset.name for reset in system.resets]!r}\n\n"

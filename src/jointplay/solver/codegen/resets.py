@@ -124,5 +124,4 @@ def _pushed(
     symbols: tuple[Symbol, ...], share: Expr, column: list[Expr], weight: Expr, amount: Expr
 ) -> dict[Symbol, Expr]:
     """Positions or speeds after a push along the column that takes that share of `amount` away."""
-    pairs = zip(symbols, column, strict=False)
-    return {x: x - share * y * amount / weight for x, y in pairs if y != 0}
+    return {x: x - share * y * amount / weight for x, y in zip(symbols, column, strict=False) if y != 0}

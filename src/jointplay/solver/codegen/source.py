@@ -51,13 +51,10 @@ class Printer(StrPrinter):
     def _print_Heaviside(self, expr):
         return f"(1.0 if {self._print(expr.args[0])} > 0.0 else 0.0)"
 
-    def _print_Rational(self, expr):
-        return repr(float(expr))
-
     def _print_Float(self, expr):
         return repr(float(expr))
 
-    _print_Half = _print_Rational
+    _print_Half = _print_Rational = _print_Float
 
     def _print_side(self, expr):
         return f"copysign(1.0, {self._print(expr.args[0])})"

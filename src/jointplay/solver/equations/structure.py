@@ -70,8 +70,7 @@ class Clearance:
     @property
     def rough(self) -> bool:
         """Whether slopes of its forces are not smooth within contact, or up to its beginning and end."""
-        rubs = self.friction in FRICTIONS and FRICTIONS[self.friction].kinks
-        return rubs or not LAWS[self.law].smooth
+        return (self.friction in FRICTIONS and FRICTIONS[self.friction].kinks) or not LAWS[self.law].smooth
 
 
 @dataclass(frozen=True)

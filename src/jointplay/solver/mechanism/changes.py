@@ -161,8 +161,7 @@ def paths_of(mechanism: _Linkage, word: str) -> tuple[str, ...]:
         return tuple(f"joints.{name}.{_IN_JOINTS[word]}" for name in names)
     if word in _NEED_BENDING:
         bent = [link.name for link in mechanism.links if link.elastic]
-        beams = tuple(f"links.{name}.beam.{word}" for name in bent)
-        return (word,) if bent and word == "order" else beams
+        return (word,) if bent and word == "order" else tuple(f"links.{name}.beam.{word}" for name in bent)
     if word in _IN_DRIVES:  # a servo has another speed, that of its wanted angle
         return (f"drive.{word}",) if isinstance(mechanism.drive, _IN_DRIVES[word]) else ()
     return (word,)

@@ -143,6 +143,5 @@ def slope(
         except InputError as error:
             refused = refused or error
             continue
-        powers = np.vander(places, 7, increasing=True).T[1:]
-        return np.linalg.solve(powers, np.eye(6)[0]) @ changes / step
+        return np.linalg.solve(np.vander(places, 7, increasing=True).T[1:], np.eye(6)[0]) @ changes / step
     raise refused

@@ -87,9 +87,11 @@ class Model:
         return (*self.joints, *self.resets)
 
     @property
-    def gaps(self) -> int:
-        """How many of `touching`, the first, have a gap that closes; the others are jumps of states."""
-        return len(self.touching) - (0 if self.links else len(self.structure.jumps))
+    def gaps(self) -> list[int]:
+        """Which of `touching` have a gap that closes; the others are friction, switches, jumps of states."""
+        own = () if self.links else (*self.structure.contacts, *self.structure.impacts)
+        named = self.touching if self.links else {each.name for each in own}
+        return [i for i, name in enumerate(self.touching) if name in named]
 
     @property
     def walls(self) -> tuple[str, ...]:

@@ -344,8 +344,7 @@ Section = Annotated[
 def driven_link(drive: AnyDrive | None, links: Sequence[str], joints: Sequence[Joint]) -> str | None:
     """Name the link that a drive turns; without a drive the first link pinned to the ground, if any is."""
     turning = [joint.links for joint in joints if not joint.prismatic]
-    grounded = (name for name in links if {name, GROUND} in turning)
-    return drive.link if drive else next(grounded, None)
+    return drive.link if drive else next((name for name in links if {name, GROUND} in turning), None)
 
 
 @dataclass(frozen=True)

@@ -135,8 +135,7 @@ def _nth(record: Record):
     def nth(typing, words, n):
         def code(context, builder, signature, values):
             whole = context.make_array(signature.args[0])(context, builder, values[0])
-            at = builder.mul(values[1], WORD(record.places[""]))
-            return builder.gep(whole.data, [at], inbounds=True)
+            return builder.gep(whole.data, [builder.mul(values[1], WORD(record.places[""]))], inbounds=True)
 
         return typed(record)(words, types.int64), code
 

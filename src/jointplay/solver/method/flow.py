@@ -222,12 +222,15 @@ def _take(functions, variant, work, motion, options, derivatives, tangents, h, e
         if tangents is not None and strain > 0.0:
             real[H] = min(real[H], 0.9 * h * strain ** (-1.0 / ORDER))
     else:
+        follows = root == 0.0 and motion.s[0] == real[T_EVENT]
+        follows = follows and begins_beyond(work.w, options.guards + guard)
         if tangents is not None:
-            follows = len(tangents.alive) > 0 and root == 0.0 and motion.s[0] == real[T_EVENT]
-            if follows and begins_beyond(work.w, options.guards + guard):
+            if follows and len(tangents.alive) > 0:
                 count[SIMULTANEOUS] += 1
             before_event(functions, derivatives, variant, motion, options, tangents, guard)
         event(functions, work, motion, options, guard)
+        if follows and guard // 4 < len(motion.flags):
+            motion.fired[guard] = 0  # the event before has put it beyond zero
         if tangents is not None:
             jump(functions, derivatives, work, motion, options, tangents, guard)
     if tangents is not None:

@@ -307,8 +307,7 @@ def _section(request: Request) -> int:
 
 def row(motion) -> np.ndarray:
     """The state at the base point, as a record's row."""
-    n_x = len(motion.absolute)
-    return np.concatenate([motion.s[: 1 + n_x], motion.modes, motion.work])
+    return np.concatenate([motion.s[: 1 + len(motion.absolute)], motion.modes, motion.work])
 
 
 def _fraction(time: float, sections: int, request: Request) -> float:

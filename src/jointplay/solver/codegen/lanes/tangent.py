@@ -90,8 +90,7 @@ def _size(N: range, position: str, speed: str) -> str:
 
 
 def _tangent(N: range) -> list[str]:
-    lines = [f"d{k} = {at(rows.D_POSITION, k)}" for k in N]
-    return lines + [f"v{k} = {at(rows.D_SPEED, k)}" for k in N]
+    return [f"d{k} = {at(rows.D_POSITION, k)}" for k in N] + [f"v{k} = {at(rows.D_SPEED, k)}" for k in N]
 
 
 def _start(N: range) -> list[str]:

@@ -33,6 +33,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 
 from sympy import (
     Abs,
@@ -41,6 +42,7 @@ from sympy import (
     Float,
     I,
     Integer,
+    Rational,
     Symbol,
     cos,
     exp,
@@ -56,6 +58,7 @@ from sympy import (
 from sympy.printing.str import StrPrinter
 
 from ....display.errors import InputError, Problem, refuse, unknown
+from ..cylinders import ROUND
 from ..functions import side, tanh
 from ..system import TIME, Angle, Contact, Reset, System, traction
 from .grammar import constants_finite, parse
@@ -192,12 +195,12 @@ class _Writer:
         """An expression that holds at one instant."""
         return self._made(text, more, side)
 
-    def _made(self, text: str, more: Mapping[str, Expr], sign: Callable[[Expr], Expr]) -> Expr:
+    def _made(self, text: str, more: Mapping[str, Expr], sign: Callable, **own: Callable) -> Expr:
         functions = {
             "sin": self._sin,
             "cos": self._cos,
             "tan": lambda x: self._sin(x) / self._cos(x),
-        } | _kinked(sign)
+        } | (_kinked(sign) | own)
         return real(text, self.names | more, functions, sign).xreplace(NUMBERS)
 
     def _located(self, argument: Expr) -> Expr:
@@ -245,13 +248,18 @@ class _Writer:
         on, off = self.switches[name]
         rate = self._rate(on) + sum((on.diff(z) * f for z, f in zip(self.z, force, strict=True)), _NONE)
         u = on if off is None else (1 - _mode(name)) * on - _mode(name) * off
-        still = (_NONE,) * len(self.z)
-        return Contact(name, u, rate, _ONE, still, latches=off is not None)
+        return Contact(name, u, rate, _ONE, (_NONE,) * len(self.z), latches=off is not None)
 
     def _touch(self, given: Touch) -> Contact:
         u = self.moving(given.depth)
         v_n, row = self._rate(u), self._row(u)
-        force = self.moving(given.force, depth=u, speed=v_n)
+        powers = {"**": partial(_onward, u), "sqrt": lambda base: _onward(u, base, Rational(1, 2))}
+
+        def sign(argument: Expr) -> Expr:
+            """Of a depth it is known while contact lasts."""
+            return {u: _ONE, -u: -_ONE}.get(argument) or self._located(argument)
+
+        force = self._made(given.force, {"depth": u, "speed": v_n}, sign, **powers)
         return Contact(given.name, u, v_n, force, row, given.pulls)
 
     def _rubbing(self, given: Rubbing) -> Contact:
@@ -358,6 +366,13 @@ def _power(base: Expr, exponent: Expr) -> Expr:
             return zoo
         return zoo if isinstance(power, complex) else Float(power)
     return base**exponent
+
+
+def _onward(u: Expr, base: Expr, exponent: Expr) -> Expr:
+    """A power; of a depth, which rounding may put below 0, continued as in the laws of contact."""
+    if base not in (u, Abs(u)) or exponent.is_integer:
+        return _power(base, exponent)
+    return u * (u**2 + ROUND**2) ** ((exponent - 1) / 2)
 
 
 def at_rest(text: str, names: Mapping[str, Expr], kinks: bool = True) -> Expr:

@@ -228,8 +228,7 @@ def watt(
     lengths = {"crank": crank, "coupler": coupler, "rocker": arm, "rod": rod, "output": output}
     pins = _four_bar(crank, coupler, rocker, ground) | _dyad("rocker", arm, rod, output, pivot)
     guess = {"coupler": 0.95, "rocker": 1.8, "rod": -0.15, "output": 1.6}
-    links = bars(lengths, density)
-    return example("watt", links, pins, "", speed, gravity, guess).replace(**changes)
+    return example("watt", bars(lengths, density), pins, "", speed, gravity, guess).replace(**changes)
 
 
 @preset()
@@ -271,8 +270,7 @@ def stephenson(
     lengths = {"crank": crank, "coupler": arm, "rocker": rocker, "rod": rod, "output": output}
     pins = _four_bar(crank, coupler, rocker, ground) | _dyad("coupler", arm, rod, output, pivot)
     guess = {"coupler": 0.9, "rocker": 1.9, "rod": -0.5, "output": 0.8}
-    links = bars(lengths, density)
-    return example("stephenson", links, pins, "", speed, gravity, guess).replace(**changes)
+    return example("stephenson", bars(lengths, density), pins, "", speed, gravity, guess).replace(**changes)
 
 
 def _four_bar(crank: float, coupler: float, rocker: float, ground: float) -> dict[str, tuple[Pin, Pin]]:

@@ -127,8 +127,7 @@ class Forest:
         place = self.places[link]
         inner, outer = place.sides
         start = place_of(self.places, inner)
-        sign = 1 if outer is place.parent.journal else -1
-        return Sum(start.arms, start.fixed, {place.parent.name: sign})
+        return Sum(start.arms, start.fixed, {place.parent.name: 1 if outer is place.parent.journal else -1})
 
     def closure(self, joint: Joint) -> Sum:
         """The vector from bearing to journal, with every slide on the way."""

@@ -196,8 +196,7 @@ class Bases:
         if pin.point is not None:
             return np.array([pin.point, (0.0, 0.0)])
         d, n = _axes(self.state.angles[pin.link])
-        speed = self.state.speeds[pin.link]
-        return self.state.points[pin.link] + pin.at * np.array([d, speed * n])
+        return self.state.points[pin.link] + pin.at * np.array([d, self.state.speeds[pin.link] * n])
 
     def line(self, pin: Pin) -> tuple[float, float]:
         """Direction of a pin's line, rad, and its rate."""

@@ -45,8 +45,7 @@ def numbers(mechanism: Any, forest: Forest) -> dict[str, float]:
 
 def _ends(pins: Mapping[str, Pin], forest: Forest) -> list[tuple[Any, int]]:
     """Places of the pins, and the signs with which the vector between them counts."""
-    signs = {"to": -1}
-    return [(place_of(forest.places, pin), signs.get(key, 1)) for key, pin in pins.items()]
+    return [(place_of(forest.places, pin), {"to": -1}.get(key, 1)) for key, pin in pins.items()]
 
 
 def _span(name: str, part: Part, forest: Forest) -> structure.Span:

@@ -95,8 +95,7 @@ class Friction(Record):
     @property
     def rubs(self) -> bool:
         """Whether a coefficient is more than 0, so that the law gives any force."""
-        static = self.numbers.get("static_coefficient", 0.0)
-        return max(self.coefficient, static) > 0
+        return max(self.coefficient, self.numbers.get("static_coefficient", 0.0)) > 0
 
     @property
     def description(self) -> str:

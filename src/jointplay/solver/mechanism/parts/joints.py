@@ -416,8 +416,7 @@ class Contact(Record):
     @property
     def numbers(self) -> dict[str, float]:
         """Numbers of the law by name, in its order."""
-        own = self.given
-        return {name: own.get(name, each.usual) for name, each in LAWS[self.law].numbers.items()}
+        return {name: self.given.get(name, each.usual) for name, each in LAWS[self.law].numbers.items()}
 
     @property
     def coefficients(self) -> dict[str, float]:

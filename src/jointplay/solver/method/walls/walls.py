@@ -22,6 +22,7 @@ guide on which a slider rests slide as one, and share what they may hold.
 from ..interface import inner
 from ..memory import DRIVE, EVALUATIONS, JAMMED, JOINTS, MEMBERS, REBOUND_ERROR, TARGET, WALL, H
 from ..modes import (
+    FORCELESS,
     FREE,
     IMPACT,
     RELEASED,
@@ -171,8 +172,10 @@ def strike(functions, j, work, motion, options):
         return IMPACT, -1.0
     before = -work.contact[6 * at + 2]
     several = before > 0.0 and together(functions, j, work, motion, options)
-    if before > 0.0 and not several:  # else the gap opens, and rounding alone has closed it
-        functions.reset(j, motion.s, motion.p)
+    if before > 0.0:  # else the gap opens, and rounding alone has closed it
+        if not several:
+            functions.reset(j, motion.s, motion.p)
+        _change_sides(functions, FORCELESS, work, motion, options)
     motion.fired[guard] = _opening(functions, j, work, motion, options)
     contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
     if not several:
@@ -187,18 +190,27 @@ def strike(functions, j, work, motion, options):
 @inner
 def move(functions, j, work, motion, options):
     """Jump of the state where there is no wall; contacts begin and end as they then are."""
+    functions.reset(j, motion.s, motion.p)
+    motion.fired[4 * len(motion.flags) + j] = 0
+    _change_sides(functions, 0, work, motion, options)
+    contact_numbers(functions.contacts, motion.modes, motion.m, motion.s, motion.p, work.contact)
+    throw_off(work, motion, options)
+
+
+@inner
+def _change_sides(functions, kind, work, motion, options):
+    """After a jump, contacts that have the flag `kind`, or all, begin and end as they then are.
+
+    An impact moves no gap: of speeds alone only switches, which are contacts without a force, hang.
+    """
     flags, modes, m, s, p, out = motion.flags, motion.modes, motion.m, motion.s, motion.p, work.contact
-    functions.reset(j, s, p)
-    motion.fired[4 * len(flags) + j] = 0
     for i in range(len(flags)):
         contact_numbers(functions.contacts, modes, m, s, p, out)
-        u = out[6 * i]
+        u = out[6 * i] if flags[i] & kind == kind else 0.0
         if modes[i] == FREE and u > 0.0:
             touch(functions.contacts, i, flags, modes, m, s, p, options.speed_tolerance, out)
         elif modes[i] > FREE and u < 0.0:
             modes[i] = FREE
-    contact_numbers(functions.contacts, modes, m, s, p, out)
-    throw_off(work, motion, options)
 
 
 @inner
