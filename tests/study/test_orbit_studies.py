@@ -7,6 +7,7 @@ import pytest
 from jointplay.display.errors import InputError
 from jointplay.study.file import load, validate
 from jointplay.study.run import run
+from tests.support.sweep_samples import loaded
 
 IMPACTS = {"catalog": "impact_pair", "gap": 5.0, "restitution": 0.8}
 LINKAGE = {"catalog": "chunmei2002", "gear_ratio": 3.0}
@@ -51,6 +52,19 @@ def test_length_in_words():
     assert "periodic_orbit, period 2, after 30 dropped turns" in orbit.summary()
     branch = validate(BRANCH | {"analysis": {"range": [2.0, 9.0], "parameter": "gap"}})
     assert "continuation, gap from 2 to 9, period 1" in branch.summary()
+
+
+def test_a_cell_in_which_no_orbit_is_found_says_so():
+    found = run(
+        loaded(
+            'kind = "periodic_orbit"\nname = "n"\n[mechanism]\ncatalog = "impact_pair"\ngap = 5.0\n'
+            "restitution = 0.8\n[vary]\ngap = [5.0]\n"
+            "[analysis]\nmax_iterations = 1\ntolerance = 1e-15\ntransient = 1\n"
+        )
+    )
+    (said,) = found["trouble"].values
+    assert said.startswith("no periodic orbit of 1 turn was found")
+    assert "trouble" not in found.attrs
 
 
 def test_a_study_runs(tmp_path: Path):

@@ -153,7 +153,7 @@ def answer(record: Study, changes: Mapping[str, float]) -> Entry:
     dataset = computed(single, partial(in_memory, 1))
     status, warning = Status(int(dataset.variables["status"])), dataset.attrs.pop("warning", "")
     dataset.attrs.pop("mechanism", None)  # each cell has its own, which the sweep's study tells
-    trouble = status.meaning if status else warning
+    trouble = dataset.attrs.pop("trouble", status.meaning) if status else warning
     return {"status": int(status), "trouble": trouble, "dataset": gather.plain(dataset)}
 
 

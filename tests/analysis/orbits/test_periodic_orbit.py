@@ -199,6 +199,32 @@ def test_trouble_is_a_status():
     assert math.isnan(float(stopped.period))
 
 
+SOUGHT = [
+    (jp.periodic_orbit, {"period": 2}),
+    (jp.continuation, {"period": 2, "parameter": "d", "range": [0.9, 1.1]}),
+    (jp.gradient, {"turns": 2, "orbit": True}),
+]
+
+
+@pytest.mark.parametrize(("seek", "keywords"), SOUGHT, ids=["orbit", "branch", "gradient"])
+def test_a_search_that_finds_nothing_does_not_say_that_a_step_failed(seek, keywords, monkeypatch):
+    """x' = 1 + cos t comes back to no x; then a run that does fail, which its status tells."""
+    own = {"states": {"x": 0.0}, "parameters": {"d": 1.0}, "rates": {"x": "d + cos(t)"}, "forcing": "2*pi"}
+    system = jp.System(name="drifting", **own)
+    found = seek(system, transient=2, **keywords)
+    assert STATUS[int(found.status)] == "not_converged"
+    first, *rest = str(jp.summary(found)).splitlines()
+    assert "no periodic orbit of 2 turns was found" in first
+    assert "transient" in first
+    assert "step" not in first
+    assert "did not reach its end" not in " ".join(rest)
+    monkeypatch.setattr("jointplay.analysis.tangents.advance", lambda *_: STATUS.index("not_converged"))
+    failed = seek(system, transient=2, **keywords)
+    assert STATUS[int(failed.status)] == "not_converged"
+    assert "a step could not be solved" in str(jp.summary(failed))
+    assert "trouble" not in failed.attrs
+
+
 @pytest.mark.parametrize(
     ("system", "keywords", "keys"),
     [

@@ -111,7 +111,8 @@ def answer(result: xr.Dataset) -> str:
     """The largest relative sensitivity of each quantity, and whether there is a derivative."""
     verdict = str(codes.words(result["derivative_status"]).item())
     if not np.isfinite(result["derivative"].values).any():
-        return f"no derivative: {WHY.get(verdict, verdict)}"
+        why = "no orbit was found" if "trouble" in result.attrs else WHY.get(verdict, verdict)
+        return f"no derivative: {why}"
     lines = [_quantity(result.isel(quantity=i)) for i in range(min(LEADING, result.sizes["quantity"]))]
     if verdict != "ok":
         lines.append(f"a derivative hardly exists here: {WHY.get(verdict, verdict)}")
@@ -222,14 +223,14 @@ def gradient(
     limit, shape = rules.steps(motion["max_steps"]), (len(quantities), len(keys))
     initial, rtol = motion["initial"], motion["rtol"]
     values, slopes, error = np.full(shape[0], np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
-    status, near, equal, run, neutral = 0, (np.nan, np.nan, np.nan), False, None, False
+    status, near, equal, run, neutral, found = 0, (np.nan, np.nan, np.nan), False, None, False, None
     try:
         start = _start(mechanism, initial)
         cut = start_section(mechanism, start, turns, rtol, limit, section)
         settling = Search(motion["transient"]), part(motion["progress"], 0.0, 0.5)
-        found = selection.reached(search(cut, *settling)) if orbit else None
+        found = search(cut, *settling) if orbit else None
         start = None if orbit and isinstance(mechanism, TestSystem) else start  # an orbit has none
-        run = _run(mechanism, start, keys, cut, found, powers)
+        run = _run(mechanism, start, keys, cut, found and selection.reached(found), powers)
         values[~orbits], slopes[~orbits], grazing = run.quantities(inside)
         looser = replace(run, rtol=min(LOOSER * rtol, 1e-4)).quantities(inside)[1]
         error[~orbits], (slowest, *others) = np.abs(slopes[~orbits] - looser), nearness(run)
@@ -261,18 +262,14 @@ def gradient(
     if orbit and run is not None:
         table |= {"orbit_state": run.model.state, "orbit_state_derivative": run.directions.starts.T}
         table["state"] = np.array(state_names(run.model))
-    return OUTPUTS.dataset(table)
+    return OUTPUTS.dataset(table, **(found.trouble if found else {}))
 
 
 def _start(mechanism: Mechanism | TestSystem, initial: Any) -> Any:
     """The start, which a test system's own is where it was changed: `replace` would give its usual one."""
-    if (
-        initial is None
-        and isinstance(mechanism, TestSystem)
-        and mechanism.initial != mechanism.replace().initial
-    ):
-        return mechanism.initial
-    return initial
+    if initial is not None or not isinstance(mechanism, TestSystem):
+        return initial
+    return mechanism.initial if mechanism.initial != mechanism.replace().initial else None
 
 
 def start_section(
@@ -424,9 +421,8 @@ class Run:
         """Value and derivatives of a quantity at an extreme value; `events` keeps both sides of events."""
         if at.where in ("within", "start"):
             self._advance(bundle, at.time)
-            return at.value, self._here(bundle.recorded, key, bundle.vectors, np.zeros(len(self.directions)))[
-                1
-            ]
+            still = np.zeros(len(self.directions))
+            return at.value, self._here(bundle.recorded, key, bundle.vectors, still)[1]
         if at.time not in events:
             events[at.time] = self._sides(bundle, at.time)
         y, row, rate, times = events[at.time][at.where]

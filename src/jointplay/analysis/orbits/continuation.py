@@ -83,11 +83,8 @@ def _branch(result: xr.Dataset, name: str, b: int) -> str:
 
 def _special(result: xr.Dataset) -> str:
     if not result.sizes["special"]:
-        return (
-            "no bifurcation and no grazing was found on them"
-            if result.sizes["branch"] > 1
-            else "no bifurcation was found"
-        )
+        several = result.sizes["branch"] > 1
+        return "no bifurcation and no grazing was found on them" if several else "no bifurcation was found"
     units = str(result["special_parameter"].attrs.get("units", "1"))
     kinds, places = codes.words(result["special_kind"]).values, result["special_parameter"].values
     bifurcations = np.flatnonzero(kinds != "grazing")
@@ -220,7 +217,7 @@ def continuation(
     stopped = any("interrupted" in branch.ends for branch in branches)
     values |= ended(INTERRUPTED if stopped else orbit.status, began)
     of = {"units": axis.units} | units(isinstance(mechanism, Mechanism))
-    found = OUTPUTS.dataset(values, of, requested.model, groups=groups, parameter=axis.name)
+    found = OUTPUTS.dataset(values, of, requested.model, groups=groups, parameter=axis.name, **orbit.trouble)
     return told(found, requested.model)
 
 

@@ -157,7 +157,7 @@ def periodic_orbit(  # noqa: D417 (nobody gives it the model)
         history = Quantities(model, rows, rows[:1].ravel(), sharp).variables(quantities, "time")
         values["time"] = rows[:, 0] - there.begin
     of = units(isinstance(mechanism, Mechanism))
-    found = OUTPUTS.dataset(values, of=of, model=model, groups={"QUANTITY": history})
+    found = OUTPUTS.dataset(values, of=of, model=model, groups={"QUANTITY": history}, **orbit.trouble)
     found["event_joint"].attrs |= joint_flags(orbit.map.model)
     return found
 

@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.orbits.section_map import FAILED, Image, SectionMap, free_phase
+from jointplay.display.number_text import counted
 
 TOLERANCE = 1e-8  # of a residual, in units of the scales
 ITERATIONS = 30
@@ -41,6 +42,7 @@ TRIES = 8  # recurrences from which Newton's method starts, the nearest first
 ASIDE = 0.2  # of a turn, by which the section is moved after a failure
 NEAR = 0.02  # of a turn: an event so near the section moves it
 SAME = 100.0  # residuals up to which two states are the same
+TRY = "it may be chaotic or of another period; try other turns, a longer transient, another initial state"
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,12 @@ class Orbit:
     residual: float
     iterations: int
     contraction: float = np.nan
+
+    @property
+    def trouble(self) -> dict[str, str]:
+        """Why nothing was found, as an attribute of a result; none where a run failed: its status tells."""
+        told = f"no periodic orbit of {counted(self.map.turns, 'turn')} was found near the motion; {TRY}"
+        return {} if self.status != FAILED or self.image.status else {"trouble": told}
 
 
 def residual(section: SectionMap, state: np.ndarray, image: Image) -> np.ndarray:

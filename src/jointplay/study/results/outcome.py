@@ -33,10 +33,10 @@ def explain(dataset: xr.Dataset) -> str | None:
     name = name_of(dataset)
     if name == "ok":
         return None
-    status = Status[name.upper()]
-    cells = failed_cells(dataset)
+    status, cells = Status[name.upper()], failed_cells(dataset)
     shown = ", ".join(cells[:SHOWN]) + (f" and {len(cells) - SHOWN} more" if len(cells) > SHOWN else "")
-    return f"{name}: {status.meaning}; {status.remedy}" + (f" (in {shown})" if cells else "")
+    told = dataset.attrs.get("trouble", f"{status.meaning}; {status.remedy}")  # no run failed: a search did
+    return f"{name}: {told}" + (f" (in {shown})" if cells else "")
 
 
 def failed_cells(dataset: xr.Dataset) -> list[str]:
