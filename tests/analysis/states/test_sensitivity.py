@@ -8,6 +8,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
+from jointplay.analysis import rules
 from jointplay.analysis.exponents.growth import Turn
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import on_section
@@ -274,6 +275,21 @@ def test_trouble_is_a_status():
     assert early.neighbour_status.values.tolist() == [[2, 2]]
     field = jp.sensitivity(linkage(), turns=1, plane=JOURNAL, max_steps=20, n_jobs=1)
     assert STATUS[int(field.status)] == "step_limit"
+
+
+def test_neighbours_that_stay_where_they_are_are_no_failed_steps(monkeypatch):
+    """x' = 1 + cos t keeps every difference: there is no growth to measure, and no step fails."""
+    own = {"states": {"x": 0.0}, "parameters": {"d": 1.0}, "rates": {"x": "d + cos(t)"}, "forcing": "2*pi"}
+    system, keywords = jp.System(name="drifting", **own), {"turns": 9, "neighbours": 2}
+    found = jp.sensitivity(system, **keywords)
+    assert STATUS[int(found.status)] == "not_converged"
+    assert not found.neighbour_status.values.any()
+    assert "no growth was found" in str(jp.summary(found))
+    assert "step" not in str(jp.summary(found))
+    follow = rules.follow
+    short = {"status": STATUS.index("not_converged"), "sections": np.zeros((0, 9))}
+    monkeypatch.setattr(rules, "follow", lambda *given: replace(follow(*given), **short))
+    assert "a step could not be solved" in str(jp.summary(jp.sensitivity(system, **keywords)))
 
 
 def test_a_stretch_does_not_overflow():

@@ -74,13 +74,13 @@ FINITE = "finite-time Lyapunov exponent"
 DISTANCE = 1e-9
 RTOL = 1e-12  # so that the runs' own errors stay far below the distance
 BLOCK = 64  # nodes a cell
-BAD = STATUS.index("bad_parameters")
+BAD, FAILED = STATUS.index("bad_parameters"), STATUS.index("not_converged")
 
 ALIGN = 2  # turns in which differences find the direction that grows most
 MARGIN = math.log(30)  # distance from the level of saturation at which a curve counts as exponential
 FEWEST = 3  # increments of a turn that make a mean with an error
 TAIL = 4  # curve over its last part, whose median is the level of saturation
-FAILED = STATUS.index("not_converged")
+NONE = "no growth was found, as where a motion is quasi-periodic; try other turns or distances, or lyapunov"
 
 
 def _something_to_do(neighbours: int | None, plane: Any) -> Iterator[Problem]:
@@ -253,7 +253,9 @@ def sensitivity(  # noqa: D417 (nobody gives it the model)
         found |= field(starts, axes, turns, rtol, limit, rest, n_jobs)
         over = starts.axes(axes)
         statuses.append(plane_status(found["node_status"]))
-    return OUTPUTS.dataset(found | ended(max(statuses), began), plane=over)
+    lost = statuses[0] == FAILED == max(statuses) and np.isfinite(found.get("distance", np.nan)).all()
+    told = {"trouble": NONE} if lost else {}
+    return OUTPUTS.dataset(found | ended(max(statuses), began), plane=over, **told)
 
 
 def _count(neighbours: Any, plane: Any) -> Any:
@@ -317,7 +319,7 @@ def stretch(model: Model, turns: int, rtol: float, max_steps: int | None = None)
         status = bundle.advance(duration if i == turns else duration * i / turns)
         size = float(np.abs(bundle.vectors / scale).max())
         if status or not (math.isfinite(size) and size > 0):
-            return math.nan, math.nan, status or STATUS.index("not_converged")
+            return math.nan, math.nan, status or FAILED
         log += math.log(size)
         bundle.tangents.d[:] /= size  # the tangents' equations are linear
     ends = bundle.vectors
@@ -369,8 +371,7 @@ class Divergence:
                 break
         found = {"turn": np.arange(many) / self.samples_per_turn, "neighbour_status": ended}
         found |= self._values(distances, times)
-        lost = FAILED if math.isnan(found["growth"]) else 0
-        return found, int(status or ended.max()) or lost
+        return found, int(status or ended.max()) or FAILED * math.isnan(found["growth"])
 
     def _settled(self, model: Model) -> tuple[np.ndarray, int]:
         """The motion's state after the transient, and the status of the run."""
