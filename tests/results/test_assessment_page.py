@@ -227,6 +227,29 @@ def test_it_says_how_slowly_a_motion_settles_and_why():
     assert "slowly" not in page(assessment())
 
 
+def test_sides_of_a_negative_value_are_those_of_the_number_not_of_its_size():
+    """Of a gear ratio of -3: what is looked at below it in size lies above it, up to -1.5."""
+    found = assessment(motion={"radius": 0.99})
+    found["present_value"] *= np.where(found["parameter"] == "gear_ratio", -1, 1)
+    found["crank_speed"] *= -1
+    lines = [re.sub(" +", " ", line.strip()) for line in page(found).splitlines()]
+    kept = "at a radial clearance of joint B below 150 µm, or at a gear ratio below \N{MINUS SIGN}5"
+    assert f"Loss of contact stops {kept}." in lines
+    told = lines.index("gear ratio, now \N{MINUS SIGN}3")
+    unmet = "contact is kept, period 1 is lost, chaos begins"
+    assert lines[told + 1] == f"above: not met up to \N{MINUS SIGN}1.5: {unmet}"
+    assert lines[told + 2].startswith("above: 2 windows")
+    assert lines[told + 3].startswith("below: period 1 at 5 of 30 values from there to \N{MINUS SIGN}6")
+    assert re.fullmatch("motions looked at: 50 values above, .*; 50 values below, .*", lines[told + 4])
+    assert "gear ratio, above not met up to \N{MINUS SIGN}1" in lines
+    assert any(line.startswith("gear ratio, below about \N{MINUS SIGN}6 100 %") for line in lines)
+    edges = [line for line in lines if re.search("gear ratio, below \N{MINUS SIGN}[45]", line)]
+    assert len(edges) == 3
+    assert "to a third in 99 turns (9.95 s)." in lines
+    found["curve_grade"][1, 10] = 3
+    assert "gear ratio, above: hammers at \N{MINUS SIGN}" in page(found)
+
+
 def test_what_the_budget_did_not_reach_is_named():
     skipped = {"status": 7}
     over, sides = [skipped, skipped], 4 * [skipped]

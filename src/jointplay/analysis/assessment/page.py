@@ -53,6 +53,7 @@ COARSE = "{}: among the {} values of the curve and some more, not refined as edg
 KNOWN_BY = {"edge": "{}", "values": "about {}", "unsettled": "about {}, not settled", "unknown": "{}"}
 BY = tuple(KNOWN_BY)
 DOWN = {"below": "down to", "above": "up to"}
+OPPOSITE = {"below": "above", "above": "below"}
 HELPS = 0.99  # of the force ratio: a change that leaves more of it helps nothing
 LOADED = 3.0  # times the force, or a part of it, from which a contact's stiffness is another one
 NOT_RUN = "not_run"
@@ -171,7 +172,7 @@ def _limits(dataset: Dataset) -> str:
     lost, places = _present(dataset)["contact_loss"] == "yes", []
     for key in map(str, dataset["parameter"].values):
         limits = [(side, _limit(dataset, key, side)) for side in SIDES]
-        ends = [f"{side} {_at(dataset, key, *limit)}" for side, limit in limits if limit]
+        ends = [f"{_side(dataset, key, side)} {_at(dataset, key, *end)}" for side, end in limits if end]
         if ends:
             name = str(dataset["parameter_name"].sel(parameter=key).values)
             places.append(f"at {article(name)} {name} {' or '.join(ends)}")
@@ -213,7 +214,7 @@ def _slow(dataset: Dataset) -> Iterator[str]:
     if not (period > 0 and radius > SLOW):
         return
     turns = -period / math.log(radius)
-    time = measure(turns * 2 * math.pi / float(dataset["crank_speed"]), "s", 3)
+    time = measure(turns * 2 * math.pi / abs(float(dataset["crank_speed"])), "s", 3)
     share = plain(100 * (1 - radius ** (1 / period)), 2)
     yield f"  It settles slowly: what disturbs it shrinks by {share} % a turn,"
     yield f"  to a third in {turns:.0f} turns ({time})."
@@ -332,7 +333,8 @@ def _grade_change(dataset: Dataset, key: str, side: str) -> tuple[str, ...]:
     """A row on the first change of the grade on a side, with what is just before and just after it."""
     one = dataset.sel(parameter=key, side=side)
     before, after = (one.sel(place=place) for place in PLACES)
-    name, ratio = f"{one['parameter_name'].values}, {side}", float(after["grade_change_ratio"])
+    side, ratio = _side(dataset, key, side), float(after["grade_change_ratio"])
+    name = f"{one['parameter_name'].values}, {side}"
     if math.isnan(ratio):
         limit = _value(dataset, key, float(before["grade_change_ratio"]), 4)
         return name, f"{NOT_MET} {DOWN[side]} {limit}", *[""] * 6
@@ -354,7 +356,8 @@ def _beyond(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     if hard(marks[worst]) > max(hard(_grade(dataset)), hard(_of(one["grade_change_grade"]))):
         seen = "" if one["curve_period"][worst] else ", not seen to repeat"
         value = _value(dataset, key, ratios[worst], 4)
-        yield f"{one['parameter_name'].values}, {side}: {marks[worst]} at {value}{seen}"
+        place = f"{one['parameter_name'].values}, {_side(dataset, key, side)}"
+        yield f"{place}: {marks[worst]} at {value}{seen}"
 
 
 def _words_at(place: Dataset, name: str) -> str:
@@ -425,13 +428,8 @@ def _present(dataset: Dataset) -> dict[str, str]:
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:
     """Rows in columns; the first on the left, numbers on the right."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  " + "  ".join(_cells(row, widths)).rstrip() for row in rows]
-
-
-def _cells(row: Sequence[str], widths: Sequence[int]) -> Iterator[str]:
-    for i, (cell, width) in enumerate(zip(row, widths, strict=True)):
-        yield cell.ljust(width) if i == 0 else cell.rjust(width)
+    first, *rest = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [f"  {'  '.join([row[0].ljust(first), *map(str.rjust, row[1:], rest)])}".rstrip() for row in rows]
 
 
 def _number(value: float, error: float, factor: float = 1.0) -> str:
@@ -493,22 +491,26 @@ def _changes(dataset: Dataset) -> list[str]:
     lines += _table([("", "at", "away", "between motions at", "found by"), *rows]) if rows else []
     for key in keys:
         one, notes = dataset.sel(parameter=key), []
-        for side in SIDES:
-            for lines_of in (_not_met, _missed, _shares, _windows):
-                notes += lines_of(dataset, key, side)
+        for side, lines_of in itertools.product(SIDES, (_not_met, _missed, _shares, _windows)):
+            notes += [f"{_side(dataset, key, side)}: {line}" for line in lines_of(dataset, key, side)]
         lines.append(f"  {one['parameter_name'].values}, now {_value(dataset, key, 1.0, 4)}")
-        lines += [f"    {line}" for line in [*notes, _looked(one)]]
+        lines += [f"    {line}" for line in [*notes, _looked(dataset, key)]]
     return [*lines, "  What begins and ends between two neighbouring values is not seen."]
 
 
-def _looked(one: Dataset) -> str:
+def _side(dataset: Dataset, key: str, side: str) -> str:
+    """The word for a side: what is below in size is above, of a negative value."""
+    return side if float(dataset["present_value"].sel(parameter=key)) > 0 else OPPOSITE[side]
+
+
+def _looked(dataset: Dataset, key: str) -> str:
     """Words on the number of values of a parameter that were followed, and their relative distance."""
     parts = []
     for side in SIDES:
-        here = one.sel(side=side)
-        count = int(here["values_looked_at"])
+        here = dataset.sel(parameter=key, side=side)
+        count, word = int(here["values_looked_at"]), _side(dataset, key, side)
         apart = f", {plain(100 * _apart(here), 2)} % apart on average" if count else ""
-        parts.append(f"{count} {'value' if count == 1 else 'values'} {side}{apart}")
+        parts.append(f"{count} {'value' if count == 1 else 'values'} {word}{apart}")
     return f"motions looked at: {'; '.join(parts)}"
 
 
@@ -529,7 +531,7 @@ def _shares(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     if total:
         end = _value(dataset, key, float(one["limit_ratio"]), 4)
         once = f"period 1 at {int((period == 1).sum())} of {total} values from there to {end}"
-        yield f"{side}: {once}, chaos at {chaotic}"
+        yield f"{once}, chaos at {chaotic}"
 
 
 def _windows(dataset: Dataset, key: str, side: str) -> Iterator[str]:
@@ -538,14 +540,14 @@ def _windows(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     if count := int(np.isfinite(known).sum()):
         share = plain(100 * float(dataset["lasting_share"]), 2)
         known = f"{counted(count, 'window')} narrower than {share} % in the result"
-        yield f"{side}: {known}; others may have been missed"
+        yield f"{known}; others may have been missed"
 
 
 def _met(dataset: Dataset, sides: Sequence[tuple[str, str]], name: str) -> Iterator[tuple[str, ...]]:
     """Rows on where a change was found, the nearest first."""
     for key, side in _nearest_first(sides, dataset["edge_ratio"].sel(change=name)):
         found = dataset.sel(parameter=key, side=side, change=name)
-        how, place = _of(found["found_by"]), f"{found['parameter_name'].values}, {side}"
+        how, place = _of(found["found_by"]), f"{found['parameter_name'].values}, {_side(dataset, key, side)}"
         if how != "not_met":
             kind = FOUND.get(how, how.replace("_", " "))
             if math.isfinite(back := float(found["return_ratio"])):
@@ -557,22 +559,20 @@ def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     """A line on the changes that were not met on one side, and on the reach of the search."""
     one = dataset.sel(parameter=key, side=side)
     if not int(one["values_looked_at"]) and _of(one["side_status"]) == NOT_RUN:
-        yield f"{side}: not looked at"
+        yield "not looked at"
         return
     unmet = list(map(str, dataset["change"].values[one["found_by"].values == 0]))
     status = str(codes.words(one["side_status"]).values)
-    why = "" if status == "ok" else f", where it stopped: {status}"
-    if status == NOT_RUN:
-        why = " (not looked at beyond)"
-    end = _value(dataset, key, float(one["limit_ratio"]), 4)
+    why = {"ok": "", NOT_RUN: " (not looked at beyond)"}.get(status, f", where it stopped: {status}")
+    end = f"{DOWN[_side(dataset, key, side)]} {_value(dataset, key, float(one['limit_ratio']), 4)}"
     if "chaos" in unmet and _present(dataset)["chaos"] == "yes":
         unmet.remove("chaos")
         count, turns = int(one["values_looked_at"]), int(dataset["lasting_turns"])
         windows = int(np.isfinite(one["window_period"]).sum()) if "window_period" in one else 0
         at = f"at {f'{count - windows} of the' if windows else 'each of the'} {counted(count, 'value')}"
-        yield f"{side}: chaotic {at} {DOWN[side]} {end}{why}, {turns} turns later too"
+        yield f"chaotic {at} {end}{why}, {turns} turns later too"
     if unmet:
-        yield f"{side}: not met {DOWN[side]} {end}{why}: {', '.join(_words(dataset, name) for name in unmet)}"
+        yield f"not met {end}{why}: {', '.join(_words(dataset, name) for name in unmet)}"
 
 
 def _missed(dataset: Dataset, key: str, side: str) -> Iterator[str]:
@@ -580,7 +580,7 @@ def _missed(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     limit, one = _limit(dataset, key, side), dataset.sel(parameter=key, side=side)
     if limit and limit[1] != "edge" and abs(math.log(limit[0])) < abs(math.log(float(one["limit_ratio"]))):
         what, at = _words(dataset, "contact_loss"), _at(dataset, key, *limit)
-        yield f"{side}: {what} at {at} in a motion begun anew: in a narrow range, or beside the one followed"
+        yield f"{what} at {at} in a motion begun anew: in a narrow range, or beside the one followed"
 
 
 def _words(dataset: Dataset, name: str, how: str = "") -> str:
@@ -611,12 +611,11 @@ def _sharp(value: float, error: float) -> str:
 def commands(dataset: Dataset, source: str) -> list[str]:
     """Commands that run a bifurcation diagram across the changes on each side, from the present value."""
     lines = []
-    for key in map(str, dataset["parameter"].values):
-        for side in SIDES:
-            ends = dataset["edge_ratio"].sel(parameter=key, side=side).values
-            if np.isfinite(ends).any():
-                farthest = float((np.nanmin if side == "below" else np.nanmax)(ends))
-                lines.append(_command(dataset, key, side, farthest, source))
+    for key, side in itertools.product(map(str, dataset["parameter"].values), SIDES):
+        ends = dataset["edge_ratio"].sel(parameter=key, side=side).values
+        if np.isfinite(ends).any():
+            farthest = float((np.nanmin if side == "below" else np.nanmax)(ends))
+            lines.append(_command(dataset, key, side, farthest, source))
     return lines
 
 
