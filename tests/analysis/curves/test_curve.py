@@ -1,6 +1,7 @@
 """Curves in two parameters against closed forms: the impact pair's and the ball's, all along."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -122,6 +123,27 @@ def test_kinds_that_are_asked_for_and_a_limit(branches):
     assert len(gammas) == 12
     assert ends == ["max_points", "max_points"]
     assert gammas == pytest.approx([ball_doubling(a) for a in restitutions], rel=1e-9)
+
+
+@pytest.mark.parametrize(("step", "whole"), [(0.1, True), (0.001, False)])
+def test_a_branch_that_ends_within_the_range_denies_no_bifurcation(step, whole):
+    """A linear oscillator has none; steps of a thousandth get no farther than a tenth of the range."""
+    linear = jp.System(
+        name="linear",
+        states={"x": 0.0, "v": 0.0},
+        parameters={"F": 0.5, "w": 1.0},
+        rates={"x": "v", "v": "F*cos(w*t) - v - x"},
+        forcing="2*pi/w",
+    )
+    plane = {"w": (0.8, 1.2), "F": (0.2, 1.0)}
+    found = jp.curve(linear, plane=plane, step=step, transient=20, max_points=2)
+    told = str(jp.summary(found))
+    assert ("it has no bifurcation on the branch" in told) == whole
+    assert ("stopped" in found.attrs) != whole
+    stopped = re.findall(r"(\d\.\d+) \(the limit on the number of points\)", told)
+    low, high = map(float, stopped or (0.9, 1.1))
+    assert 0.8 < low < 1 < high < 1.2
+    assert len(stopped) == (0 if whole else 2)
 
 
 def test_no_orbit_no_curve():

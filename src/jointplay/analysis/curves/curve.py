@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
-from itertools import count, islice
+from itertools import count, islice, product
 from typing import Annotated, Any, Literal, Unpack
 
 import numpy as np
@@ -36,7 +36,7 @@ from jointplay.analysis.declared import Outputs
 from jointplay.analysis.keywords import Moving, Settling, Small, analysis, several
 from jointplay.analysis.labels import Out, along, ended, units, xr
 from jointplay.analysis.orbits import orbit_dataset
-from jointplay.analysis.orbits.branch import WHY
+from jointplay.analysis.orbits.branch import WHY, Branch
 from jointplay.analysis.orbits.branch_dataset import (
     coordinate_outs,
     coordinates,
@@ -49,7 +49,6 @@ from jointplay.analysis.orbits.branch_dataset import (
     told,
 )
 from jointplay.analysis.orbits.branch_points import KINDS as SPECIAL
-from jointplay.analysis.orbits.branch_points import Special
 from jointplay.analysis.orbits.continuation import STEP, Explorer
 from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_dataset import Range, Tolerance, branch_fits, section_fits, started
@@ -166,6 +165,7 @@ def _candidates(
 
 
 MAX_POINTS, MAX_CURVES = 200, 8
+WHOLE = ("range", "closed", "joined", "origin")  # ends of a branch of which nothing is left
 LISTED = 3  # curves, or their meetings, named in a line
 BRANCH = 200  # points at least of the branch on which curves start
 _PLANE = "a table of two parameters, each with its lowest and highest value,"
@@ -229,13 +229,14 @@ def _plane_fits(
 
 def answer(result: xr.Dataset) -> str:
     """The extent of each curve, the reason of its end, and its meetings with others."""
+    short = [result.attrs["stopped"]] if "stopped" in result.attrs else []
     if not np.isfinite(result["period"].values).any():
         why = "there is no periodic orbit, or it has no bifurcation on the branch over the first parameter"
-        return f"no curve was found: {why}"
+        return f"no curve was found: {short[0] if short else why}"
     lines = [_line(result, number) for number in range(min(result.sizes["curve"], LISTED))]
     if more := result.sizes["curve"] - len(lines):
         lines[-1] += f"; {more} more curves"
-    return "\n".join([*lines, *_meetings(result)])
+    return "\n".join([*lines, *_meetings(result), *short])
 
 
 def _line(result: xr.Dataset, number: int) -> str:
@@ -388,7 +389,7 @@ def curve(
     def fractions(name: str, value: float) -> np.ndarray:
         return family.fraction(np.array(list((own | {name: value}).values())))
 
-    reached: list[str] = []
+    reached, about = [], {"parameters": " ".join(axis.name for axis in both)}
     if branches is None:
         value = own[first] if start is None else start
         requested = placed_at(first, value, motion["initial"], period)
@@ -397,6 +398,7 @@ def curve(
         found = Explorer(line, step, most, max_branches, visit).explore(orbit, line.fraction(value))
         starts = starts_of(found, of, lambda q: fractions(first, line.parameter(q)))
         reached = [end for branch in found for end in branch.ends]
+        about |= {} if orbit.status else _stopped(found, line, both[0])
     else:
         key = key_of(branches)
         labelled = starts_in(branches, labels, of, partial(placed_at, key), tolerance)
@@ -410,9 +412,18 @@ def curve(
     stopped = "interrupted" in (*reached, *(end for each in curves for end in each.branch.ends))
     values |= ended(INTERRUPTED if stopped else orbit.status, began)
     of = units(isinstance(mechanism, Mechanism))
-    names = " ".join(axis.name for axis in both)
-    found = OUTPUTS.dataset(values, of, orbit.map.model, groups=groups, parameters=names)
-    return told(found, orbit.map.model)
+    return told(OUTPUTS.dataset(values, of, orbit.map.model, groups=groups, **about), orbit.map.model)
+
+
+def _stopped(branches: Sequence[Branch], line: Family, axis: Axis) -> dict[str, str]:
+    """An attribute on where branches end within the range, if any do: curves may start beyond."""
+    ends = [
+        f"{measure(float(line.parameter(branch.points[at].q)), axis.units)} ({WHY[branch.ends[at]]})"
+        for branch, at in product(branches, (0, -1))
+        if branch.ends[at] not in WHOLE
+    ]
+    text = f"the branch over {axis.long_name}, on which curves start, ended at {' and '.join(ends)}"
+    return {"stopped": text} if ends else {}
 
 
 def values_of(
@@ -461,15 +472,12 @@ def _meeting_columns(curves: Sequence[Curve], family: Family, axes: Sequence[Axi
         name, close = f"meeting_{axis.name}", Out("meeting", "how closely that is enclosed", axis.units)
         there[name] = Out("meeting", f"{axis.long_name} there", axis.units).variable(values)
         there[f"{name}_accuracy"] = close.variable(widths * span)
-    kinds = [MEETINGS.index(_kind(curves[n], special)) for n, special in found]
+    kinds = [
+        GRAZED.get(curves[n].kind, each.kind) if each.kind == "grazing" else each.kind for n, each in found
+    ]
     return {
         "meeting_curve": np.array([n for n, _ in found], dtype=np.int16),
         "meeting_point": np.array(points, dtype=int),
         **grazed("meeting", [special.event for _, special in found]),
-        "meeting_kind": np.array(kinds, dtype=int),
+        "meeting_kind": np.array([*map(MEETINGS.index, kinds)], dtype=int),
     }, there
-
-
-def _kind(curve: Curve, special: Special) -> str:
-    """Name of a special point of a curve."""
-    return GRAZED.get(curve.kind, special.kind) if special.kind == "grazing" else special.kind
