@@ -31,6 +31,19 @@ def pair(gap, restitution):
     return (trace**2 - 2 * restitution**2) / 2, restitution**4
 
 
+@pytest.mark.parametrize(("acceleration", "stable"), [(1.3, "stable"), (1.8, "unstable")])
+def test_an_orbit_to_which_no_motion_settles_is_named(acceleration, stable):
+    """One bounce a period is stable up to the doubling at an acceleration of 1.53."""
+    found = jp.gradient(
+        catalog.bouncing_ball(acceleration, 0.5), of=["multiplier:1"], orbit=True, transient=200
+    )
+    assert VERDICTS[int(found["derivative_status"])] == "ok"
+    assert (abs(float(found["value"][0])) < 1) == (stable == "stable")
+    assert jp.words(found)["stable"].item() == stable
+    assert ("the motion does not settle to it" in str(jp.summary(found))) == (stable == "unstable")
+    assert "stable" not in jp.gradient(catalog.bouncing_ball(acceleration, 0.5), of=["end:state:y"])
+
+
 @pytest.mark.parametrize(
     ("system", "closed", "numbers", "start"),
     [

@@ -47,7 +47,7 @@ from jointplay.analysis.gradients.gradient_dataset import VERDICTS, WHY
 from jointplay.analysis.gradients.selection import Quantity
 from jointplay.analysis.keywords import Moving, Names, Settling, analysis
 from jointplay.analysis.labels import Out, ended, xr
-from jointplay.analysis.orbits.orbit_dataset import section_fits, started
+from jointplay.analysis.orbits.orbit_dataset import STABILITY, section_fits, stability, started
 from jointplay.analysis.orbits.section_map import (
     BEGINS,
     KIND,
@@ -56,7 +56,7 @@ from jointplay.analysis.orbits.section_map import (
     approach_speeds,
     section_map,
 )
-from jointplay.analysis.orbits.shooting import Orbit, Search, at_phase, search
+from jointplay.analysis.orbits.shooting import Orbit, Search, at_phase, multipliers, search
 from jointplay.analysis.quantities import WORK
 from jointplay.analysis.starts import free_states, moved, placed, state_names
 from jointplay.analysis.tangents import TIGHT, Bundle
@@ -116,6 +116,8 @@ def answer(result: xr.Dataset) -> str:
     lines = [_quantity(result.isel(quantity=i)) for i in range(min(LEADING, result.sizes["quantity"]))]
     if verdict != "ok":
         lines.append(f"a derivative hardly exists here: {WHY.get(verdict, verdict)}")
+    if "stable" in result and codes.words(result["stable"]).item() == "unstable":
+        lines.append("the orbit is unstable: the motion does not settle to it")
     return "\n".join(lines)
 
 
@@ -159,6 +161,7 @@ OUTPUTS = Outputs(
         "orbit_state_derivative": Out(
             ("state", "parameter"), f"derivative of that state, {STATE}, over parameter_units"
         ),
+        "stable": Out((), "stability of the orbit", flags=STABILITY, missing="unknown"),
     }
     | OUTCOME,
     answer,
@@ -204,8 +207,9 @@ def gradient(
         Number of whole turns of the crank from the start, of periods of the forcing, of passages of the
         `section`, or of units of time.
     orbit : bool
-        Whether the derivatives are those of the periodic orbit over so many turns to which the motion
-        settles, and which moves with the parameters, instead of the motion from the start.
+        Whether the derivatives are those of the periodic orbit over so many turns that is found where the
+        motion has settled, and which moves with the parameters, instead of the motion from the start. It may
+        be an unstable one, to which no motion settles: ``stable`` says so.
     section : Plane, optional
         Plane of a state of a system that nothing forces, at whose last passage the turns end.
 
@@ -259,7 +263,8 @@ def gradient(
     table |= {"value": values, "derivative": slopes, "error": error, "relative_sensitivity": relative}
     table |= {"parameter_value": present, "derivative_status": verdict}
     table |= dict(zip(("grazing", "nearest_events", "closest_approach"), near, strict=True))
-    if orbit and run is not None:
+    if found and run is not None:
+        table["stable"] = stability(multipliers(found.image.derivative))
         table |= {"orbit_state": run.model.state, "orbit_state_derivative": run.directions.starts.T}
         table["state"] = np.array(state_names(run.model))
     return OUTPUTS.dataset(table, **(found.trouble if found else {}))
@@ -267,9 +272,8 @@ def gradient(
 
 def _start(mechanism: Mechanism | TestSystem, initial: Any) -> Any:
     """The start, which a test system's own is where it was changed: `replace` would give its usual one."""
-    if initial is not None or not isinstance(mechanism, TestSystem):
-        return initial
-    return mechanism.initial if mechanism.initial != mechanism.replace().initial else None
+    own = mechanism.initial if isinstance(mechanism, TestSystem) and initial is None else None
+    return initial if own is None or own == mechanism.replace().initial else own
 
 
 def start_section(

@@ -79,7 +79,6 @@ def orbit_numbers(orbit: Orbit) -> dict[str, Any]:
     if orbit.status:
         return missing_numbers(len(section.free)) | {"residual": orbit.residual}
     multipliers = shooting.multipliers(image.derivative)
-    near = abs(np.abs(multipliers).max(initial=0.0) - 1) < NEUTRAL
     begins = np.isin(image.events[:, KIND], BEGINS) & np.isin(image.events[:, CONTACT], section.model.gaps)
     gaps, _ = section_map.gaps(section.model, history(section, orbit.state, image.time)[:-1])
     return {
@@ -92,8 +91,14 @@ def orbit_numbers(orbit: Orbit) -> dict[str, Any]:
         "grazing": image.grazing if len(image.events) else math.nan,
         "floquet_multiplier": np.stack([multipliers.real, multipliers.imag], -1),
         "lyapunov_exponent": shooting.exponents(multipliers, image.time),
-        "stable": STABILITY.index("neutral") if near else int(shooting.stable(multipliers)),
+        "stable": stability(multipliers),
     }
+
+
+def stability(multipliers: np.ndarray) -> int:
+    """Index into `STABILITY`."""
+    near = abs(np.abs(multipliers).max(initial=0.0) - 1) < NEUTRAL
+    return STABILITY.index("neutral") if near else int(shooting.stable(multipliers))
 
 
 def missing_numbers(size: int) -> dict[str, Any]:
