@@ -64,7 +64,9 @@ def _text(path: str, value: Any) -> str:
     """A value as TOML writes it."""
     if hasattr(value, "tolist"):
         value = value.tolist()
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_text(path, each) for each in value)}]"
     try:
-        return json.dumps(value, ensure_ascii=False, allow_nan=False)
-    except (TypeError, ValueError):
+        return str(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False)
+    except TypeError:
         raise refuse(value, "a number, a text, true, false, or a list of them is accepted", path) from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.gradients.optimise import Aim, Trial, best
+from jointplay.study.toml_text import written
 from tests.support import optima
 
 ROOT = Path(__file__).parents[3]
@@ -51,8 +53,75 @@ def test_what_cannot_be_kept_is_said(found):
     assert found["impossible"]["missed"] > 0.1
 
 
+def approaching(power=1):
+    """A state that after a unit of time is k^power (1 - 1/e)."""
+    return {"states": {"x": 0.0}, "parameters": {"k": 1.0}, "rates": {"x": f"k**{power} - x"}}
+
+
+def kept(limits, first, power=1, **how):
+    """The optimum of the least change of k that keeps the state after a unit of time within limits."""
+    system = jp.System(name="approaching", **approaching(power)).varied({"k": first})
+    return jp.optimise(system, by={"k": (-20.0, 20.0)}, subject={"end:state:x": limits}, orbit=False, **how)
+
+
+@pytest.mark.parametrize(
+    ("first", "limits", "reached"),
+    [
+        (1.0, (5.0, 10.0), 5.0),
+        (1.0, (5.0, 1e9), 5.0),
+        (1.0, (5.0, math.inf), 5.0),
+        (-3.0, (0.0, 1e9), 0.0),
+        (9.0, (-math.inf, 3.0), 3.0),
+        (9.0, (-1e9, 3.0), 3.0),
+    ],
+)
+def test_a_limit_is_kept_however_far_the_other_one_lies(first, limits, reached):
+    """Each is judged by its own size: a share of the larger one is no tolerance of the smaller one."""
+    found = kept(limits, first)
+    assert jp.words(found)["end"].item() == "converged"
+    assert found["value"].values == pytest.approx([reached], rel=1e-7, abs=1e-7)
+    assert found["optimum"].values == pytest.approx([reached / (1 - math.exp(-1))], rel=1e-6, abs=1e-6)
+    assert float(found["missed"]) <= 1e-8
+    assert "is required" not in str(jp.summary(found))
+
+
+def test_a_limit_is_kept_from_a_start_that_is_far_larger_than_it():
+    """A billion at first: a share of that is no tolerance of 5."""
+    found = kept((-math.inf, 5.0), 10.0, power=9)
+    assert found["before"].values[0] > 5e8
+    assert found["value"].values == pytest.approx([5.0], rel=1e-7)
+    assert float(found["missed"]) <= 1e-8
+
+
+@pytest.mark.parametrize(
+    ("limits", "required"), [((0.1, 0.5), "at most 0.5"), ((5.0, math.inf), "at least 5")]
+)
+def test_the_summary_names_a_limit_that_is_not_met(limits, required):
+    """However the search ended: a result that holds 1 where another value was required."""
+    found = kept(limits, 1.0)
+    assert "is required" not in str(jp.summary(found))
+    missed = found.assign(value=found["value"] * 0 + 1, missed=found["missed"] * 0 + 0.8)
+    assert f"end:state:x is 1, and {required} is required" in str(jp.summary(missed))
+
+
+def test_limits_of_a_study_file_may_be_infinite(tmp_path):
+    rows = ['kind = "optimise"', "[mechanism]", *(f"{k} = {written(v)}" for k, v in approaching().items())]
+    rows += ["[analysis]", "orbit = false", "by = { k = [0.5, 20.0] }"]
+    rows += ['subject = { "end:state:x" = [5.0, inf] }']
+    (path := tmp_path / "one_sided.toml").write_text("\n".join(rows), encoding="utf-8")
+    assert jp.run(path)["value"].values == pytest.approx([5.0], rel=1e-7)
+    changed = jp.run(path, analysis={"subject": {"end:state:x": (-math.inf, 0.5)}})
+    assert changed["value"].values == pytest.approx([0.5], rel=1e-7)
+
+
+@pytest.mark.parametrize("limits", [(math.nan, 1.0), (1.0, math.nan), (math.inf, math.inf), (2.0, 1.0)])
+def test_limits_of_which_no_value_lies_within_are_refused(limits):
+    with pytest.raises(jp.InputError, match="a lowest value below the highest"):
+        kept(limits, 1.0)
+
+
 def test_a_design_without_motion_is_never_best():
-    aim = Aim(0, 1.0, np.array([[-np.inf, np.inf]]), np.zeros(1), np.ones(1))
+    aim = Aim(0, 1.0, np.array([[-np.inf, np.inf]]), np.zeros(1), np.ones((1, 3)))
     good, lost = (
         Trial(np.zeros(1), np.array([v]), np.zeros((1, 1)), s, 0, 1) for v, s in ((5.0, 0), (1.0, 4))
     )

@@ -32,7 +32,7 @@ def trial(value, status=0, x=0.0, share=1.0):
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 0, 2), (1, 2, 0), (0, 2, 1), (2, 0, 1)])
 def test_the_best_of_some_is_the_best_that_has_a_motion(order):
     """A failed trial may hold any numbers; wherever it stands it is neither kept nor in the way."""
-    aim, each = Aim(0, 1.0, FREE, np.zeros(1), np.ones(1)), (trial(5.0), trial(-9.0, 4), trial(3.0))
+    aim, each = Aim(0, 1.0, FREE, np.zeros(1), np.ones((1, 3))), (trial(5.0), trial(-9.0, 4), trial(3.0))
     assert best([each[i] for i in order], aim, 0.0) is each[2]
     lost = [trial(1.0, 4), trial(0.0, 2)]
     assert best(lost, aim, 0.0) is lost[0]
@@ -73,7 +73,7 @@ def test_a_failed_trial_starts_no_other(monkeypatch):
 def test_failed_trials_have_no_objective():
     made = [trial(5.0), trial(1.0, 4), trial(3.0, share=0.5)]
     runs = Trials(jp.catalog.duffing(), ("end:state:x",), {"a": (0.0, 1.0)}, {}, 1.0, made, lambda n: None)
-    table = _designs_tried(runs, Aim(0, 1.0, FREE, np.zeros(1), np.ones(1)))
+    table = _designs_tried(runs, Aim(0, 1.0, FREE, np.zeros(1), np.ones((1, 3))))
     assert np.isnan(table["objective"]).tolist() == [False, True, True]
     assert np.isnan(table["tried_missed"]).tolist() == [False, True, True]
 
@@ -86,7 +86,7 @@ def test_designs_beside_an_optimum_differ_by_a_share_of_each_variable_or_lie_at_
         return Trial(x, np.array([np.sum(low + width * x)]), np.zeros((1, 2)), 0, 0, 1.0)
 
     runs = SimpleNamespace(low=low, width=width, by=("a", "b"), tried=tried)
-    aim = Aim(0, 1.0, FREE, np.zeros(1), np.ones(1))
+    aim = Aim(0, 1.0, FREE, np.zeros(1), np.ones((1, 3)))
     table = neighbour_values(runs, aim, tried(np.array([0.5, 1.0])), 0.01, 1e-6)
     assert table["neighbour_objective"].ravel() == pytest.approx([13.96, 14.04, 13.9, np.nan], nan_ok=True)
     assert table["neighbour_gain"] == pytest.approx(0.1)
@@ -108,7 +108,7 @@ class Bowl:
 @pytest.mark.parametrize("failing", [0, 1, 6])
 def test_a_box_that_failures_have_drawn_in_grows_again(failing):
     """After six it is 2.4e-4 of the range wide, and the best design lies further off than forty such."""
-    aim = Aim(0, 1.0, FREE, np.zeros(1), np.ones(1))
+    aim = Aim(0, 1.0, FREE, np.zeros(1), np.ones((1, 3)))
     end, found = descended(Bowl(failing), aim, np.array([0.1]), 1e-10, 1000)
     assert end == "converged"
     assert found.x[0] == pytest.approx(0.9, abs=1e-4)
@@ -120,7 +120,7 @@ def test_what_scipy_says_of_points_that_it_clips_is_not_shown(monkeypatch, recwa
         return scipy.optimize.minimize(*given, **how)
 
     monkeypatch.setattr(optimise, "minimize", minimize)
-    assert descended(Bowl(0), Aim(0, 1.0, FREE, np.zeros(1), np.ones(1)), np.array([0.1]), 1e-10, 100)
+    assert descended(Bowl(0), Aim(0, 1.0, FREE, np.zeros(1), np.ones((1, 3))), np.array([0.1]), 1e-10, 100)
     assert not recwarn.list
 
 

@@ -60,7 +60,7 @@ from jointplay.analysis.vary import axes, repeated
 from jointplay.display import codes
 from jointplay.display.errors import InputError, ModelWarning, Problem, problems_of
 from jointplay.display.number_text import measure, plain
-from jointplay.solver.mechanism.base import Flag, Natural, Number, unit
+from jointplay.solver.mechanism.base import Flag, Natural, Number, accepts, unit
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.paths import parts_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
@@ -91,6 +91,10 @@ SMALLEST = 1e-6  # half width of a box, in the variables' ranges
 
 INVALID = STATUS.index("not_converged")
 
+_Limit = Annotated[float, Field(strict=True)]  # or infinite
+_Pair = Annotated[tuple[_Limit, _Limit], accepts("a lowest value or -inf, and a highest value or inf,")]
+Limits = Annotated[dict[str, _Pair], accepts("a table of quantities, each with its limits,")]
+
 
 def answer(result: xr.Dataset) -> str:
     """The best design, its values before and after, and doubts about it."""
@@ -99,8 +103,9 @@ def answer(result: xr.Dataset) -> str:
         return "\n".join([WHY[end] + _play(result), *_missed(result)])
     if int(result["status"]):
         return f"no optimum: {WHY[end] or 'no motion'}"
-    lines = [f"{result.attrs['aim']}: {_changes(result)}", *_before_and_after(result)[:1]]
+    lines = [f"{result.attrs['aim']}: {_changes(result)}", "; ".join(_before_and_after(result))]
     doubts = [WHY[end]] if WHY[end] else []
+    doubts += _missed(result)[: float(result["missed"]) > result.attrs["tolerance"]]
     followed = [name.partition(":")[0] not in MULTIPLIERS for name in result["quantity"].values]
     if result["confirmed_to"].fillna(1.0).values[followed].max(initial=0.0) > AGREED:
         doubts.append("the motion from the usual start does not settle to the orbit that was optimised")
@@ -122,14 +127,12 @@ def _changes(result: xr.Dataset) -> str:
     return ", ".join(told[:LISTED]) + (" and others" if len(told) > LISTED else "")
 
 
-def _before_and_after(result: xr.Dataset) -> list[str]:
-    told = []
+def _before_and_after(result: xr.Dataset) -> Iterator[str]:
     for i in range(result.sizes["quantity"]):
         one, unit = result.isel(quantity=i), str(result["quantity_units"].values[i])
         before = plain(float(one["before"]), 4) if np.isfinite(one["before"]) else "unknown"
         after = plain(float(one["value"]), 6) + (f" {unit}" if unit != "1" else "")
-        told.append(f"{one['quantity'].item()}: {before} before, {after} after")
-    return ["; ".join(told)]
+        yield f"{one['quantity'].item()}: {before} before, {after} after"
 
 
 def _play(result: xr.Dataset) -> str:
@@ -143,7 +146,8 @@ def _missed(result: xr.Dataset) -> list[str]:
     told = []
     for one in (result.isel(quantity=i) for i in range(result.sizes["quantity"])):
         value, low, high = (float(one[name]) for name in ("value", "limit_low", "limit_high"))
-        limit = f"at least {plain(low, 4)}" if not value >= low else f"at most {plain(high, 4)}"
+        beyond = value > high or low == -math.inf
+        limit = f"at most {plain(high, 4)}" if beyond else f"at least {plain(low, 4)}"
         if not low <= value <= high:
             now = plain(value, 4) if np.isfinite(value) else "unknown"
             told.append(f"{one['quantity'].item()} is {now}, and {limit} is required")
@@ -168,9 +172,7 @@ OUTPUTS = Outputs(
         "tried_missed": Out("iteration", "relative amount by which the worst constraint is missed"),
         "tried_share": Out("iteration", "share of the clearance in this trial"),
         "tried_status": Out("iteration", "how the trial ended", flags=STATUS),
-        "tried_derivative_status": Out(
-            "iteration", "whether there is a derivative", flags=gradient_dataset.VERDICTS
-        ),
+        "tried_derivative_status": Out("iteration", "whether there is a derivative", flags=VERDICTS),
         "first_value": Out("parameter", f"value at first, {IN_PARAMETER}"),
         "optimum": Out("parameter", f"value at the optimum, {IN_PARAMETER}"),
         "low": Out("parameter", f"lowest value, {IN_PARAMETER}"),
@@ -190,9 +192,7 @@ OUTPUTS = Outputs(
         "time_after": Out("time_after", "time", "s"),
         "end": Out((), "how the search ended", flags=ENDS),
         "missed": Out((), "relative amount by which the worst constraint is missed"),
-        "play_kept": Out(
-            (), "share of the clearance up to which designs that meet the constraints were found"
-        ),
+        "play_kept": Out((), "share of the clearance up to which designs were found to meet the constraints"),
         "limit_low": Out("quantity", f"lowest accepted value, {IN_QUANTITY}"),
         "limit_high": Out("quantity", f"highest accepted value, {IN_QUANTITY}"),
     }
@@ -237,9 +237,7 @@ def aim_fits(
     if least and most:
         yield Problem("most", most, "one of least and most is accepted")
     if not (least or most or keep or subject):
-        yield Problem(
-            "least", least, 'a quantity, or keep = "contact", or constraints in subject, are accepted'
-        )
+        yield Problem("least", least, 'a quantity, keep = "contact", or constraints in subject, are accepted')
     named = tuple(name for name in (least, most, *(subject or ())) if name)
     yield from (
         replace(each, key="subject" if each.given in (subject or ()) else "least" if least else "most")
@@ -285,7 +283,7 @@ def optimise(
     most: Quantity | None = None,
     keep: Literal["contact"] | None = None,
     margin: Annotated[Number, unit("margin", "N")] = 0.0,
-    subject: Region | None = None,
+    subject: Limits | None = None,
     ideal: Flag = False,
     turns: Natural = 1,
     orbit: Flag = True,
@@ -313,13 +311,15 @@ def optimise(
     margin : float
         Least contact force that `keep` allows, N.
     subject : dict of str to (float, float), optional
-        Further constraints: quantities of `gradient`, each with its lowest and highest value.
+        Further constraints: quantities of `gradient`, each with its lowest and highest value; ``-inf`` or
+        ``inf`` where it has none.
     ideal : bool
         Whether the search begins with ideal joints and their forces, and approaches the clearance in stages.
     turns, orbit
         As in `gradient`.
     tolerance : float
-        Tolerance of the objective and of the constraints, each relative to its size.
+        Tolerance of the objective and of each limit, relative to their sizes: of the quantity there, of a
+        limit its own where that is larger.
     max_iterations : int
         Number of designs after which no new pass of the search begins, in each stage.
     neighbourhood : float
@@ -350,16 +350,15 @@ def optimise(
     trials = Trials(mechanism, names, by, settings, 1.0, [], tell)
     first = np.array([float(Parameter(mechanism, key).value) for key in by])
     x = (first - trials.low) / trials.width
-    sign = -1.0 if most else 1.0
-    aim = Aim(
-        0 if least or most else None, sign, np.array([limits.get(n, INFINITE) for n in names]), x, np.ones(0)
-    )
+    bounds = np.array([limits.get(name, INFINITE) for name in names])
+    aim = Aim(0 if least or most else None, -1.0 if most else 1.0, bounds, x, np.ones(0))
     if ideal:
         end, found, kept = opened(trials, aim, x, tolerance, max_iterations)
     else:
-        end, found = descended(trials, aim.sized(trials.at(x)), x, tolerance, max_iterations)
-        kept = 1.0
-    aim = aim.sized(found)
+        kept, (end, found) = 1.0, descended(trials, aim.sized(trials.at(x)), x, tolerance, max_iterations)
+    aim = aim.sized(found, trials.made[0])
+    if end == "converged" and aim.missed(found) > tolerance:  # what the first design was far larger than
+        end, found = descended(trials, aim, found.x, tolerance, max_iterations)
     table = _designs_tried(trials, aim) | {"low": trials.low, "high": trials.low + trials.width}
     table |= {"first_value": first, "optimum": trials.low + trials.width * found.x}
     table |= neighbour_values(trials, aim, found, neighbourhood, tolerance)
@@ -372,8 +371,8 @@ def optimise(
     table["side"] = np.array(["below", "above"])
     course = next((course for _, course in runs if course is not None), None)
     of = None if course is None else {key: course.attrs[word] for key, word in COURSE.items()}
-    told = {"aim": _told(least, most), "tolerance": tolerance, "neighbourhood": neighbourhood}
-    return OUTPUTS.dataset(table, of=of, **told)
+    told = f"least {least}" if least else f"largest {most}" if most else "smallest change of the parameters"
+    return OUTPUTS.dataset(table, of=of, aim=told, tolerance=tolerance, neighbourhood=neighbourhood)
 
 
 def _designs_tried(trials: Trials, aim: Aim) -> dict[str, Any]:
@@ -405,13 +404,6 @@ def _motions(runs: list, found: Trial) -> dict[str, Any]:
         if course is not None:
             table |= {f"course_{name}": course.values, f"time_{name}": course["time"].values}
     return table
-
-
-def _told(least: str | None, most: str | None) -> str:
-    """The aim in words."""
-    if least is None and most is None:
-        return "smallest change of the parameters"
-    return f"least {least}" if least else f"largest {most}"
 
 
 def opened(trials: Trials, aim: Aim, x: np.ndarray, tolerance: float, most: int) -> tuple[str, Trial, float]:
@@ -478,8 +470,7 @@ def neighbour_values(
                 allowed[i, side] = aim.missed(other) <= max(tolerance, aim.missed(found))
     best = aim.shown(found) if not found.status else np.nan
     gain = np.where(allowed, aim.sign * (best - value), np.nan)
-    most = np.max(gain, initial=-np.inf, where=np.isfinite(gain)) if np.isfinite(gain).any() else 0.0
-    gain = max(most, 0.0)
+    gain = np.max(gain, initial=0.0, where=np.isfinite(gain))
     return {"neighbour_objective": value, "neighbour_allowed": allowed, "neighbour_gain": gain}
 
 
@@ -729,7 +720,7 @@ class Aim:
     first : ndarray
         Scaled variables of the mechanism as it is.
     units : ndarray
-        Size of each quantity.
+        Size of low and of high and of each quantity, shape (quantities, 3).
     """
 
     least: int | None
@@ -738,17 +729,21 @@ class Aim:
     first: np.ndarray
     units: np.ndarray
 
-    def sized(self, trial: Trial) -> Aim:
-        """The aim with its quantities' size at a design, and that of their limits, as their units."""
-        ends = np.where(np.isfinite(self.limits), np.abs(self.limits), 0.0).max(axis=1)
-        size = np.maximum(np.nan_to_num(np.abs(trial.values)), ends)
-        return replace(self, units=np.where(size > 0, size, 1.0))
+    def sized(self, trial: Trial, first: Trial | None = None) -> Aim:
+        """The aim with its quantities' size at a design as their units, of a limit its own where larger.
+
+        Beside a limit of 0 it is their size at the first design: at the limit there is none.
+        """
+        ends = np.where(np.isfinite(self.limits), np.abs(self.limits), 0.0)
+        size, usual = (np.nan_to_num(np.abs(each.values))[:, None] for each in (trial, first or trial))
+        units = np.hstack([np.maximum(np.where(ends > 0, size, usual), ends), size])
+        return replace(self, units=np.where(units > 0, units, 1.0))
 
     def value(self, trial: Trial) -> float:
         """The objective, in units of its quantity."""
         if self.least is None:
             return float(np.sum((trial.x - self.first) ** 2))
-        return float(self.sign * trial.values[self.least] / self.units[self.least])
+        return float(self.sign * trial.values[self.least] / self.units[self.least, 2])
 
     def shown(self, trial: Trial) -> float:
         """Value of the aim, in its own units."""
@@ -758,18 +753,18 @@ class Aim:
         """Derivatives of the objective."""
         if self.least is None:
             return 2 * (trial.x - self.first)
-        return self.sign * trial.slopes[self.least] / self.units[self.least]
+        return self.sign * trial.slopes[self.least] / self.units[self.least, 2]
 
     def margins(self, trial: Trial) -> np.ndarray:
-        """Margin of each constraint, negative where it is not kept, in units of its quantity."""
+        """Margin of each constraint, negative where it is not kept, in units of its own."""
         rows, sides = np.nonzero(np.isfinite(self.limits))
         beyond = trial.values[rows] - self.limits[rows, sides]
-        return np.where(sides == 0, beyond, -beyond) / self.units[rows]
+        return np.where(sides == 0, beyond, -beyond) / self.units[rows, sides]
 
     def margin_slopes(self, trial: Trial) -> np.ndarray:
         """Derivatives of the margins."""
         rows, sides = np.nonzero(np.isfinite(self.limits))
-        return trial.slopes[rows] * (np.where(sides == 0, 1.0, -1.0) / self.units[rows])[:, None]
+        return trial.slopes[rows] * (np.where(sides == 0, 1.0, -1.0) / self.units[rows, sides])[:, None]
 
     def missed(self, trial: Trial) -> float:
         """Amount by which the worst constraint is not kept; infinite where there is no motion."""
@@ -778,9 +773,7 @@ class Aim:
     def better(self, one: Trial, other: Trial, slack: float) -> bool:
         """Whether a trial is better than another: constraints first, then the objective."""
         ours, theirs = self.missed(one), self.missed(other)
-        if max(ours, theirs) > slack:
-            return ours < theirs
-        return self.value(one) < self.value(other)
+        return ours < theirs if max(ours, theirs) > slack else self.value(one) < self.value(other)
 
 
 def best(trials: list[Trial], aim: Aim, slack: float) -> Trial:
