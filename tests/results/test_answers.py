@@ -412,6 +412,13 @@ def test_section_points():
     )
 
 
+def test_section_points_of_a_mechanism_with_an_ideal_guide():
+    """Its journal is not known at any point, and is no part of the period."""
+    found = jp.poincare(jp.catalog.slider_crank(clearance=1e-4), transient=60, turns=20)
+    assert np.isnan(found.journal_x.sel(joint="G")).all()
+    assert said(found)[0].startswith("period 1: 20 section points")
+
+
 def test_every_kind_has_an_answer_of_its_own():
     assert [row.name for row in KINDS.values() if not row.outputs.answer] == []
 

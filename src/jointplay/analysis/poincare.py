@@ -46,9 +46,9 @@ def answer(dataset: xr.Dataset) -> str:
 
 def _points(dataset: xr.Dataset) -> np.ndarray | None:
     """Section points by coordinates: journals over their clearances, else states or speeds over sizes."""
-    if "clearance" in dataset and {"journal_x", "journal_y"} <= set(dataset.data_vars):
-        parts = [dataset[name].values / dataset["clearance"].values for name in ("journal_x", "journal_y")]
-        return np.hstack(parts)
+    if {"clearance", "journal_x", "journal_y"} <= {*dataset.variables}:
+        loose = dataset.isel(joint=dataset["clearance"].values > 0)  # an ideal guide has no journal
+        return np.hstack([loose[f"journal_{axis}"].values / loose["clearance"].values for axis in "xy"])
     name = next((name for name in ("state_value", "angular_velocity") if name in dataset), None)
     if name is None:
         return None
