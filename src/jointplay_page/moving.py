@@ -31,9 +31,11 @@ def moving(dataset: Dataset, mechanism: Mechanism | None) -> tuple[dict[str, Any
     """
     if "time" not in dataset.dims or not dataset.sizes["time"] or "link" not in dataset.dims:
         return None, ""
+    if "swept" in dataset.attrs:
+        return None, "The mechanism is not shown in motion: one motion is shown, not those of a sweep."
     if mechanism is None:
         return None, "The mechanism is not shown in motion: the result does not hold it."
-    step = -(-dataset.sizes["time"] // FRAMES)
+    step, loose = -(-dataset.sizes["time"] // FRAMES), mechanism.clearance_joints
     try:
         part = places(mechanism, dataset.isel(time=slice(None, None, step)))
     except InputError as error:
@@ -45,12 +47,8 @@ def moving(dataset: Dataset, mechanism: Mechanism | None) -> tuple[dict[str, Any
         "period": float(part.get("turn_period_nominal", np.nan)),
         "pins": (still := scene(mechanism))["pins"],
         "links": [link | {"frames": frames_of(part.sel(link=link["name"]))} for link in still["links"]],
-        "bearings": [
-            bearing(part.sel(joint=joint.name), joint)
-            for joint in mechanism.clearance_joints
-            if not joint.prismatic
-        ],
-        "guides": [guide(part, joint) for joint in mechanism.clearance_joints if joint.prismatic],
+        "bearings": [bearing(part.sel(joint=each.name), each) for each in loose if not each.prismatic],
+        "guides": [guide(part, each) for each in loose if each.prismatic],
         "note": f"{part.sizes['time']} frames, {thinned}.",
     }, ""
 

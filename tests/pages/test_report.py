@@ -24,7 +24,7 @@ from tests.figures.support.synthetic import response, section
 from tests.figures.support.synthetic_assessment import assessment
 from tests.figures.support.synthetic_linkages import corners_led, loose_guide
 from tests.figures.test_pictures import PICTURES
-from tests.pages.samples import diagram, turning
+from tests.pages.samples import diagram, turning, with_study
 
 NAMESPACE = "{http://www.w3.org/2000/svg}"
 
@@ -159,6 +159,18 @@ def test_the_motion_is_that_of_the_mechanism_and_another_s_is_refused():
     bent["angle"] = bent["angle"] + 0.2 * np.arange(3)
     assert "joints of this one are" in moving.moving(bent, mechanism)[1]
     assert "does not hold it" in moving.moving(bent, None)[1]
+
+
+def test_a_sweep_of_motions_has_a_page_without_a_moving_picture(tmp_path):
+    table = {"catalog": "chunmei2002", "clearance": 2.9e-4}
+    cells = xr.concat([turning()] * 2, "clearance_of_B", data_vars="all").rename(status="cell_status")
+    cells.attrs["swept"] = "clearance_of_B"
+    swept = with_study(cells, mechanism=table, vary={"joints.B.clearance": [1e-4, 2e-4]})
+    path, *_ = jp.report(swept, tmp_path / "cells.html")
+    assert stored(path)["motion"] is None
+    assert "not shown in motion: one motion is shown, not those of a sweep" in path.read_text(
+        encoding="utf-8"
+    )
 
 
 def test_a_page_is_one_small_file_without_an_address_outside(page):

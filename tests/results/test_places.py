@@ -45,6 +45,16 @@ def test_what_was_not_recorded_is_told(name):
         places(mechanism, motion.drop_vars(name))
 
 
+def test_several_motions_are_refused_and_one_of_them_is_not():
+    mechanism, motion = four_bar()
+    several = motion.expand_dims(clearance_of_B=2)
+    with pytest.raises(
+        InputError, match="got 'motions over clearance_of_B'; one motion is accepted: select it"
+    ):
+        places(mechanism, several)
+    assert missed(places(mechanism, several.isel(clearance_of_B=0))) < 1e-15
+
+
 @pytest.mark.parametrize("recorded", [True, False])
 def test_a_slider_with_play_in_its_guide_is_where_its_rod_holds_it(recorded):
     mechanism = catalog.slider_crank(clearance={"G": 1e-3})

@@ -31,7 +31,7 @@ def places(mechanism: Mechanism, motion: xr.Dataset) -> xr.Dataset:
     Raises
     ------
     InputError
-        If one of these was not recorded, or the joints do not close with this mechanism's lengths.
+        If one of these was not recorded, if there are several motions, or if the joints do not close with this mechanism's lengths.
     """
     loose = [joint.name for joint in mechanism.clearance_joints if not joint.prismatic]
     _recorded(mechanism, motion, ["angle"] + ["journal_x", "journal_y"] * bool(loose))
@@ -47,10 +47,8 @@ def places(mechanism: Mechanism, motion: xr.Dataset) -> xr.Dataset:
     found = origins(mechanism, angles, apart, slides)
     missed, longest = gap(mechanism, angles, found, apart), max(link.length for link in mechanism.links)
     if not missed <= APART * longest:
-        expected = (
-            f"the mechanism that moved like this is accepted; joints of this one are {missed:.3g} m apart"
-        )
-        raise refuse(mechanism.name, expected, "mechanism")
+        that = f"joints of this one are {missed:.3g} m apart"
+        raise refuse(mechanism.name, f"the mechanism that moved like this is accepted; {that}", "mechanism")
     variables = {}
     for k, axis in enumerate("xy"):
         values = np.stack([found[name][:, k] for name in names], 1)
@@ -69,5 +67,7 @@ def _recorded(mechanism: Mechanism, motion: xr.Dataset, needed: list[str]) -> No
     if "time" not in motion.dims or missing:
         expected = f"a response that records {', '.join(needed)} is accepted"
         raise InputError([Problem("motion", f"no {', '.join(missing) or 'times'}", expected)])
+    if more := [dim for dim in motion["angle"].dims if dim not in ("time", "link")]:
+        raise refuse(f"motions over {', '.join(more)}", "one motion is accepted: select it", "motion")
     if absent := {link.name for link in mechanism.links} - {*motion["link"].values.tolist()}:
         raise refuse(NOTHING, f"angles of {', '.join(sorted(absent))} are needed", "motion")
