@@ -217,6 +217,13 @@ def test_a_result_that_names_no_mechanism_needs_it(motion, tmp_path):
     assert jp.animate(data, tmp_path / "m.png", mechanism=mechanism, frames=2).exists()
 
 
+def test_of_equations_there_is_nothing_to_show(tmp_path):
+    motion = jp.simulate(jp.catalog.duffing(), turns=1)
+    with pytest.raises(InputError) as told:
+        jp.animate(motion, tmp_path / "m.png")
+    assert str(told.value) == "mechanism: got 'duffing'; a linkage is accepted, no test system"
+
+
 @pytest.mark.nightly
 def test_the_command_makes_a_film_of_a_stored_motion(motion, tmp_path, capsys):
     stored, out = tmp_path / "m.nc", tmp_path / "m.gif"

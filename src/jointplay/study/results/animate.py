@@ -18,7 +18,7 @@ import xarray as xr
 from pydantic import Field
 
 from jointplay.analysis.keywords import Progress
-from jointplay.display.errors import NOTHING, InputError, Problem, of_a_result, refuse
+from jointplay.display.errors import NOTHING, of_a_result, refuse
 from jointplay.display.number_text import duration
 from jointplay.display.terminal import requested_progress
 from jointplay.jobs.files import replaced
@@ -165,8 +165,11 @@ def _mechanism(motion: xr.Dataset) -> Mechanism:
     table = study.get("mechanism") if isinstance(study, dict) else motion.attrs.get("mechanism")
     if table is None or "swept" in motion.attrs:
         expected = "the Mechanism that moved is needed: this dataset is not one motion that names it"
-        raise InputError([Problem("mechanism", NOTHING, expected)])
-    return Mechanism.model_validate(json.loads(table) if isinstance(table, str) else table)
+        raise refuse(NOTHING, expected, "mechanism")
+    table = json.loads(table) if isinstance(table, str) else table
+    if "rates" in table:
+        raise refuse(table["name"], "a linkage is accepted, no test system", "mechanism")
+    return Mechanism.model_validate(table)
 
 
 def _count(shown, seconds: float, rate: int) -> int:
