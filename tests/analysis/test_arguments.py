@@ -54,6 +54,24 @@ def test_the_integrator_is_refused_in_the_same_words_as_in_a_study_file(key, val
     assert refused(validate, STUDY | {"integrator": {key: value}}) == {f"integrator.{key}": said[key]}
 
 
+SPREAD = {"joints.B.clearance": {"normal": [1e-4, 1e-6]}}
+WORDS = {  # keywords that are one of some words, with what the call needs beside and the words
+    ("optimise", "keep"): ({"by": {"clearance": [1e-5, 1e-3]}}, {}, "'contact' is accepted"),
+    ("tolerances", "sequence"): ({}, {"tolerances": SPREAD}, "one of 'sobol', 'random' is accepted"),
+}
+
+
+@pytest.mark.parametrize("value", ["contat", 7, True, ["contact"]], ids=repr)
+@pytest.mark.parametrize(("kind", "key"), WORDS)
+def test_a_word_that_is_none_of_the_choice_is_refused_with_those_that_are(kind, key, value):
+    given, table, accepted = WORDS[kind, key]
+    spreads = {"spreads": table["tolerances"]} if table else {}
+    assert refused(getattr(jp, kind), LOOSE, **given, **spreads, **{key: value}) == {key: accepted}
+    study = {"kind": kind, "name": "n", "mechanism": {"catalog": "chunmei2002", "clearance": 2.9e-4}}
+    study |= table | {"analysis": given | {key: value}}
+    assert refused(validate, study) == {f"analysis.{key}": accepted}
+
+
 @pytest.mark.parametrize("function", FUNCTIONS)
 def test_every_public_function_names_an_argument_that_it_does_not_know_or_lacks(function):
     """Most by keyword; those that take any keyword refuse a value in a wrong place."""

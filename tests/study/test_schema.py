@@ -16,6 +16,12 @@ def test_every_keyword_is_described_by_its_function():
     assert named["DimensionAnalysis", "window"]["description"] == window
 
 
+def test_choices_of_words_are_listed():
+    tables = schema()["$defs"]
+    assert tables["TolerancesAnalysis"]["properties"]["sequence"]["enum"] == ["sobol", "random"]
+    assert {"const": "contact", "type": "string"} in tables["OptimiseAnalysis"]["properties"]["keep"]["anyOf"]
+
+
 def _keys(tables, model):
     return tables[model.__name__]["properties"].items()
 

@@ -169,7 +169,7 @@ class _Spot:
         if "accepts" in extra:
             return extra["accepts"]
         if form is typing.Literal:
-            return f"one of {', '.join(map(repr, parts))}"
+            return "one of " * (len(parts) > 1) + ", ".join(map(repr, parts))
         if one in (float, int):
             return self._number(one, extra, given)
         if one in (bool, str):

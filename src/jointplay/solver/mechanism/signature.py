@@ -1,7 +1,8 @@
 """Public functions that are checked by their own signature: every problem at once, as an `InputError`.
 
-What stands in `Annotated` is checked, by the types and in the words of the records and study files; any other
-annotation only tells the reader, and the function looks at the value itself.
+What stands in `Annotated`, or is a choice of words (`Literal`), is checked, by the types and in the words of
+the records and study files; any other annotation only tells the reader, and the function looks at the value
+itself.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import (
     Annotated,
     Any,
     ClassVar,
+    Literal,
     ParamSpec,
     Protocol,
     TypeVar,
@@ -322,7 +324,7 @@ def _form(name: str, fields: Callable[[], Any], open_ended: bool, needed: bool =
 
 def _field(hint: Any, parameter: Parameter) -> tuple[Any, Any]:
     default = ... if parameter.default is Parameter.empty else parameter.default
-    said = any(get_origin(each) is Annotated for each in (hint, *get_args(hint)))
+    said = any(get_origin(each) in (Annotated, Literal) for each in (hint, *get_args(hint)))
     return (hint if said else Any, default)
 
 

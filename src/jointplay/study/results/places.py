@@ -31,7 +31,8 @@ def places(mechanism: Mechanism, motion: xr.Dataset) -> xr.Dataset:
     Raises
     ------
     InputError
-        If one of these was not recorded, if there are several motions, or if the joints do not close with this mechanism's lengths.
+        If one of these was not recorded, if there are several motions, or if the joints do not close with
+        this mechanism's lengths.
     """
     loose = [joint.name for joint in mechanism.clearance_joints if not joint.prismatic]
     _recorded(mechanism, motion, ["angle"] + ["journal_x", "journal_y"] * bool(loose))
