@@ -1,5 +1,6 @@
 """Progress: a bar on a terminal, a few lines in a log, silence for what is short."""
 
+import contextlib
 import os
 import re
 import subprocess
@@ -12,7 +13,7 @@ import pytest
 import jointplay as jp
 from jointplay.display import terminal
 from jointplay.solver.codegen import cache, place
-from jointplay.solver.motion.progress import reported
+from jointplay.solver.motion.progress import Stopped, reported, stop, stoppable, tick
 from tests.support.program import jointplay
 
 
@@ -143,6 +144,23 @@ def test_a_call_that_lasts_has_a_bar_where_somebody_looks_on(clock, monkeypatch)
     monkeypatch.setattr(terminal.sys, "stderr", log := StringIO())
     slow(clock, 60.0)()
     assert log.getvalue() == ""
+
+
+def test_a_run_that_was_cut_is_not_told_as_done():
+    @reported
+    def analysis(*, progress=None):
+        progress(0.3)
+        with contextlib.suppress(Stopped):
+            tick()
+            progress(0.6)
+        return "what is there"
+
+    for stopped, last in ((True, 0.3), (False, 1.0)):
+        told = []
+        with stoppable():
+            assert not stopped or stop()
+            assert analysis(progress=told.append) == "what is there"
+        assert told[-1] == last
 
 
 @pytest.fixture

@@ -64,7 +64,7 @@ _listener: ContextVar[Callable[[float, str], None] | None] = ContextVar("listene
 
 
 def reported(analysis: Callable[P, T]) -> Callable[P, T]:
-    """Make an analysis report to its `progress`: as time passes, never falling, and 1 at the end.
+    """Make an analysis report to its `progress`: as time passes, never falling, and 1 at the end, if not cut.
 
     True stands for a bar on a terminal or in a notebook, or lines in a log; left out, a call that lasts has a
     bar there, too.
@@ -78,7 +78,8 @@ def reported(analysis: Callable[P, T]) -> Callable[P, T]:
             tell = Reporter(told)
             with held(_reporter, tell):
                 result = analysis(*arguments, progress=tell, **keywords)
-                tell(1.0)
+                if not _stop.heard:
+                    tell(1.0)
                 return result
 
     return call
@@ -112,7 +113,7 @@ def tick() -> None:
     if (end := _end.get()) < math.inf and time.thread_time() >= end:
         raise OutOfTime
     if _stop.asked:
-        _stop.reset()
+        _stop.reset(heard=True)
         raise Stopped
 
 
@@ -140,13 +141,13 @@ def stands(fraction: float, place: str) -> None:
 
 
 class _Stop:
-    """Request to stop: whether a running computation heeds it, and whether it was made."""
+    """Request to stop: whether a running computation heeds it, whether it was made, and was heard."""
 
-    heeded = asked = late = False
+    heeded = asked = late = heard = False
     timer: threading.Timer | None = None
 
-    def reset(self, heeded: bool = False) -> None:
-        self.heeded, self.asked, self.late = heeded, False, False
+    def reset(self, heeded: bool = False, heard: bool = False) -> None:
+        self.heeded, self.asked, self.late, self.heard = heeded, False, False, heard
         if self.timer is not None:
             self.timer.cancel()
             self.timer = None
@@ -193,7 +194,7 @@ def stop() -> bool:
 def _interrupt() -> None:
     if not _stop.asked:
         return
-    _stop.heeded, _stop.asked, _stop.late = False, False, True
+    _stop.heeded, _stop.asked, _stop.late, _stop.heard = False, False, True, True
     if hasattr(signal, "pthread_kill"):  # a real one, that ends what the main thread waits for
         signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
     else:
