@@ -98,6 +98,14 @@ def test_every_neighbour_the_mean_and_the_fit_are_drawn():
     assert names(figure) == ["neighbours", "mean logarithm", "growth 0.500 ± 0.034 per turn", "stays at 0.1"]
 
 
+def test_a_long_legend_stands_inside_the_picture():
+    data = divergence(-0.001234567, 1.234e-5).assign(growth_standard_error=((), 3.4e-7))
+    figure = figures.draw(data)
+    figure.draw_without_rendering()
+    (box,) = (each.get_window_extent() for each in figure.legends)
+    assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+
+
 def test_what_is_not_known_is_not_drawn():
     figure = figures.draw(divergence(np.nan, np.nan), {"neighbours": False})
     assert names(figure) == ["mean logarithm"]

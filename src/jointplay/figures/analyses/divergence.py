@@ -38,7 +38,7 @@ def divergence(dataset: Dataset, *, neighbours: bool = True) -> Figure:
     select.switch("neighbours", neighbours)
     expected = "a result of a study of kind sensitivity, with neighbours"
     select.require(dataset, "divergence", ["mean_log_distance"], expected)
-    figure = style.sheet(88.0, 72.0)
+    figure = style.sheet(88.0, 80.0)
     ax = figure.subplots()
     turn = dataset["turn"].values
     if neighbours:
@@ -56,5 +56,5 @@ def divergence(dataset: Dataset, *, neighbours: bool = True) -> Figure:
         ax.axhline(level, **LEVEL, label=f"stays at {plain(level, 2)}")
     ax.set(yscale="log", xlabel="Turns", ylabel="Scaled distance")
     ax.set_xlim(turn[0], turn[-1])
-    figure.legend(loc="outside upper center", ncols=2, columnspacing=1.2)
+    figure.legend(loc="outside upper center")
     return artists.finish(figure, dataset)
