@@ -119,6 +119,20 @@ def test_a_pin_longer_than_its_link_is_told_instead_of_the_link_s_shape(radius, 
         said[size] = only(problems_of(jp.Mechanism, **parts), f"mechanism.{key}").expected
     assert said[radius] == f"a radius less than 0.015 m is accepted, half the width of rod{meant}"
     assert said[0.016].startswith("a width greater than 0.032 m is accepted")
+    assert said[0.016].endswith("is accepted: with 0.03 m a radius of joint B less than 0.015 m")
+
+
+def test_a_radius_that_varies_is_told_the_radius_that_the_link_takes():
+    base = jp.catalog.slider_crank(clearance=1e-5)
+    wide = {"bar": {"width": 0.03, "thickness": 0.004}, "material": "steel"}
+    links = (base.links[0], jp.Link(name="rod", length=0.12, shape=wide), base.links[2])
+    mechanism = jp.Mechanism(**dict(base) | {"links": links})
+    with pytest.raises(jp.InputError) as told:
+        mechanism.varied({"joints.B.radius": 0.016})
+    width = "a width greater than 0.032 m is accepted as links[1].shape.bar.width, which is 0.03"
+    radius = "with 0.03 m a radius of joint B less than 0.015 m"
+    assert str(told.value) == f"joints.B.radius: got 0.016; {width}: {radius}"
+    assert mechanism.varied({"joints.B.radius": 0.0149}).joint("B").radius == 0.0149
 
 
 @pytest.mark.parametrize(

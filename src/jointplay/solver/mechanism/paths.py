@@ -85,10 +85,10 @@ def with_parts(record: R, changes: Mapping[str, Any]) -> R:
 
 def _told_of(path: str, value: Any, problem: Problem) -> Problem:
     """A problem where a value was changed, which may not fit to a number elsewhere."""
-    expected = problem.expected
+    expected, colon, more = problem.expected.partition(": ")
     if is_number(problem.given) and problem.given != value:
         expected = f"{expected} as {problem.key.partition('.')[2]}, which is {problem.given:g}"
-    return Problem(path, value, expected)
+    return Problem(path, value, expected + colon + more)
 
 
 def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -434,8 +434,8 @@ class Draft:
                 yield Problem(f"joints[{j}].radius", radius, text)
             elif across <= 2 * radius:
                 text = f"a {size} greater than {2 * radius:g} m is accepted"
-                that = f"the pin of joint {joints[j].name} is that thick"
-                yield Problem(f"links[{i}].shape.{key}", across, f"{text}: {that}")
+                less = f"with {across:g} m a radius of joint {joints[j].name} less than {across / 2:g} m"
+                yield Problem(f"links[{i}].shape.{key}", across, f"{text}: {less}")
 
     def _unfit_guides(self, joints: Sequence[Joint]) -> Iterator[Problem]:
         """Links that bend at a guide, and guides whose contacts are called as another joint."""
