@@ -123,8 +123,7 @@ def poincare(  # noqa: D417 (nobody gives it the model)
         end *= rules.SLACK
     limit = rules.steps(motion["max_steps"])
     request = Request(end, motion["rtol"], max_steps=limit, rates=evaluate.needed(model, names), **fields)
-    run = partial(follow, model, request, motion["progress"])
-    records = batched(ensemble, run, followed_together)
+    records = batched(ensemble, partial(follow, model, request, motion["progress"]), followed_together)
     first = -math.inf if counted else begin
     return evaluated(
         records, len(records.sections), "turn", partial(_dataset, model, motion["rtol"], names, first)

@@ -314,12 +314,11 @@ def types_of(function: Callable[..., Any]) -> dict[str, Any]:
 
 def _form(name: str, fields: Callable[[], Any], open_ended: bool, needed: bool = True) -> type[Arguments]:
     """The arguments of a function as a record; None stands for omitted ones, where none is needed."""
-    base = MoreArguments if open_ended else Arguments
     own: Any = {
         key: (hint, None if default is ... and not needed else default)
         for key, (hint, default) in fields().items()
     }
-    return create_model(name, __base__=base, **own)
+    return create_model(name, __base__=MoreArguments if open_ended else Arguments, **own)
 
 
 def _field(hint: Any, parameter: Parameter) -> tuple[Any, Any]:

@@ -75,8 +75,7 @@ def reported(analysis: Callable[P, T]) -> Callable[P, T]:
         with requested_progress(progress, analysis.__name__) as told:
             if not callable(told):  # None, or what the analysis refuses
                 return analysis(*arguments, progress=told, **keywords)
-            tell = Reporter(told)
-            with held(_reporter, tell):
+            with held(_reporter, tell := Reporter(told)):
                 result = analysis(*arguments, progress=tell, **keywords)
                 if not _stop.heard:
                     tell(1.0)

@@ -201,13 +201,11 @@ def _mp4(pictures: Iterator[np.ndarray], path: Path, rate: int, colours: Any) ->
     from imageio_ffmpeg import write_frames
 
     first = next(pictures)
-    size = (first.shape[1], first.shape[0])
     form = {"codec": "libx264", "macro_block_size": 2, "output_params": ["-f", "mp4", "-crf", "20"]}
-    writer = write_frames(str(path), size, fps=rate, **form)
+    writer = write_frames(str(path), first.shape[1::-1], fps=rate, **form)
     writer.send(None)
     try:
-        writer.send(first)
-        for picture in pictures:
+        for picture in chain([first], pictures):
             writer.send(picture)
     finally:
         writer.close()
