@@ -201,7 +201,7 @@ def move(functions, j, work, motion, options):
 def _change_sides(functions, kind, work, motion, options):
     """After a jump, contacts that have the flag `kind`, or all, begin and end as they then are.
 
-    An impact moves no gap: of speeds alone only switches, which are contacts without a force, hang.
+    An impact moves no gap: only switches, which are contacts without a force, may hang on speeds.
     """
     flags, modes, m, s, p, out = motion.flags, motion.modes, motion.m, motion.s, motion.p, work.contact
     for i in range(len(flags)):
