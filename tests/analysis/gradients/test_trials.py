@@ -114,6 +114,22 @@ def test_a_box_that_failures_have_drawn_in_grows_again(failing):
     assert found.x[0] == pytest.approx(0.9, abs=1e-4)
 
 
+def test_where_the_first_step_fails_the_search_goes_on_from_the_first_design():
+    """That was tried before, to know the sizes; below 0.2 nothing moves, and the slope leads to 0 at once."""
+    known = {}
+
+    def at(x):
+        if x[0] not in known:
+            known[x[0]] = Trial(x, x + 5.0, np.ones((1, 1)), 4 if x[0] < 0.2 else 0, 0, 1.0)
+            runs.made.append(known[x[0]])
+        return known[x[0]]
+
+    runs = SimpleNamespace(made=[], at=at)
+    at(np.array([0.4]))
+    _, found = descended(runs, Aim(0, 1.0, FREE, np.zeros(1), np.ones((1, 3))), np.array([0.4]), 1e-10, 1000)
+    assert found.x[0] == pytest.approx(0.2, abs=2e-3)
+
+
 def test_what_scipy_says_of_points_that_it_clips_is_not_shown(monkeypatch, recwarn):
     def minimize(*given, **how):
         warnings.warn("Values in x were outside bounds", RuntimeWarning, stacklevel=1)

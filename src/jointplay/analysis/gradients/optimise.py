@@ -546,7 +546,7 @@ def descended(trials: Trials, aim: Aim, x: np.ndarray, tolerance: float, most: i
     if start.status:
         return "no_motion", start
     for _ in range(PASSES):
-        here = best(trials.made[made:] or [start], aim, tolerance)
+        here = best([start, *trials.made[made:]], aim, tolerance)
         left = most - (len(trials.made) - made)
         if left <= 0:
             return "iterations", here
