@@ -546,7 +546,7 @@ def descended(trials: Trials, aim: Aim, x: np.ndarray, tolerance: float, most: i
     if start.status:
         return "no_motion", start
     for _ in range(PASSES):
-        here = best([start, *trials.made[made:]], aim, tolerance)
+        here = best([each for each in trials.made[made:] if not each.status] or [start], aim, tolerance)
         left = most - (len(trials.made) - made)
         if left <= 0:
             return "iterations", here
