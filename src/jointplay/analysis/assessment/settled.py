@@ -31,7 +31,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.exponents.batch_means import ERRORS, parting, widened
+from jointplay.analysis.exponents.batch_means import sure_growth
 from jointplay.analysis.orbits import shooting
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
 from jointplay.analysis.orbits.shooting import Orbit, at_phase, nearby, on_section
@@ -129,7 +129,7 @@ class Settled:
             float(self.value(f"section_{name}"))
             for name in ("exponent_per_turn", "standard_error_per_turn", "batch_correlation")
         )
-        least = max(ERRORS * widened(error, correlation), parting(self.value("exponent_turns")))
+        least = sure_growth(error, correlation, self.value("exponent_turns"))
         lost = bool(np.any(np.asarray(self.value("contact_fraction", 1.0)) < 1.0))
         chaos = self.period == 0 and bool(exponent > least)
         return {"contact_loss": lost, "doubling": self.period != 1, "chaos": chaos}

@@ -174,6 +174,11 @@ def parting(turns: Any) -> Any:
     return np.where(turns > 1, np.log(np.maximum(turns, 1)) / np.maximum(turns, 1), 0.0)
 
 
+def sure_growth(error: Any, correlation: Any, turns: Any) -> Any:
+    """Growth per turn from which a motion is chaotic: beyond its error, and beyond `parting`."""
+    return np.maximum(ERRORS * widened(error, correlation), parting(turns))
+
+
 def decided(
     value: xr.DataArray,
     error: xr.DataArray,
@@ -186,7 +191,6 @@ def decided(
 
     Values per turn are above 0 only if neighbours part faster than as the number of `turns`.
     """
-    error = widened(error, correlation)
-    positive = value > np.maximum(ERRORS * error, parting(turns))
-    negative = value < -ERRORS * error
+    positive = value > sure_growth(error, correlation, turns)
+    negative = value < -ERRORS * widened(error, correlation)
     return codes.chosen(positive, above, codes.chosen(negative | np.isneginf(value), below, UNDECIDED))

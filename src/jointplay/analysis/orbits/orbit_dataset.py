@@ -12,11 +12,12 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator
 
+from jointplay.analysis.contacts import begun
 from jointplay.analysis.evaluate import RUN
 from jointplay.analysis.keywords import Small, as_list
 from jointplay.analysis.labels import Out
 from jointplay.analysis.orbits import section_map, shooting
-from jointplay.analysis.orbits.section_map import BEGINS, CONTACT, KIND, PLACE, TIME, SectionMap
+from jointplay.analysis.orbits.section_map import CONTACT, KIND, PLACE, TIME, SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.quantities import STATUS, recorded
 from jointplay.analysis.rules import assembled_at, each_alike, turns_alike
@@ -79,13 +80,12 @@ def orbit_numbers(orbit: Orbit) -> dict[str, Any]:
     if orbit.status:
         return missing_numbers(len(section.free)) | {"residual": orbit.residual}
     multipliers = shooting.multipliers(image.derivative)
-    begins = np.isin(image.events[:, KIND], BEGINS) & np.isin(image.events[:, CONTACT], section.model.gaps)
     gaps, _ = section_map.gaps(section.model, history(section, orbit.state, image.time)[:-1])
     return {
         "period": float(section.turns),
         "period_time": image.time,
         "residual": orbit.residual,
-        "impacts": float(np.sum(begins) / section.turns),
+        "impacts": len(begun(section.model, image.events)) / section.turns,
         "smallest_impact_speed": section_map.smallest_impact_speed(section.model, image.events),
         "closest_approach": section_map.closest_approach(gaps, image.events),
         "grazing": image.grazing if len(image.events) else math.nan,

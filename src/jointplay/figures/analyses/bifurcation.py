@@ -69,7 +69,7 @@ def bifurcation(
     separations : bool
         Draw below how often contact is lost, at the joint where that is most.
     """
-    asked = {"period": period, "separations": separations}
+    marked, asked = lines(limits), {"period": period, "separations": separations}
     part, name = sweep_axes.one_parameter(sweep_axes.chosen(dataset, direction, start), at)
     rows = ["points", *["exponent"] * (sweep_axes.exponents(part) is not None)]
     rows += [row for row, given in asked.items() if select.switch(row, given)]
@@ -82,7 +82,7 @@ def bifurcation(
         below[row](ax, part, name, frame.x)
         axes[0].set_xlabel("")
     for number, ax in enumerate(axes):
-        mark(ax, lines(limits), frame.x, named=number == 0)
+        mark(ax, marked, frame.x, named=number == 0)
     sweep_axes.parameter_axis(axes[-1], part[name])
     artists.letter(axes)
     return artists.finish(figure, dataset)

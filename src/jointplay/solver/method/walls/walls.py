@@ -205,12 +205,12 @@ def _change_sides(functions, kind, work, motion, options):
     """
     flags, modes, m, s, p, out = motion.flags, motion.modes, motion.m, motion.s, motion.p, work.contact
     for i in range(len(flags)):
-        contact_numbers(functions.contacts, modes, m, s, p, out)
-        u = out[6 * i] if flags[i] & kind == kind else 0.0
-        if modes[i] == FREE and u > 0.0:
-            touch(functions.contacts, i, flags, modes, m, s, p, options.speed_tolerance, out)
-        elif modes[i] > FREE and u < 0.0:
-            modes[i] = FREE
+        if flags[i] & kind == kind:
+            contact_numbers(functions.contacts, modes, m, s, p, out)
+            if modes[i] == FREE and out[6 * i] > 0.0:
+                touch(functions.contacts, i, flags, modes, m, s, p, options.speed_tolerance, out)
+            elif modes[i] > FREE and out[6 * i] < 0.0:
+                modes[i] = FREE
 
 
 @inner
