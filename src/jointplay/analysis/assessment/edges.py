@@ -367,7 +367,7 @@ def _behind(side: Side, carried: Carried, search: Search, end: BranchEnd, way: i
     values = [outer * (1 + search.accuracy) ** way]
     shares = search.lasting * np.arange(1, PROBES + 1) / PROBES
     values += [float(last[0] * (1 + share) ** way) for share in shares if share > search.accuracy]
-    values = [near for near in values if abs(math.log(near / side.begin)) <= math.log(search.reach)] or [outer]
+    values = [at for at in values if abs(math.log(at / side.begin)) <= math.log(search.reach)] or [outer]
     soon = carried.soon(values, last[1])
     for spot in soon or carried.patient([values[0], values[-1]][: len(values)], last[1]):
         spot = carried.lasting(spot) if not soon and side.unsure(spot[1]) else spot
