@@ -131,3 +131,18 @@ def test_the_top_of_the_curve_is_the_force_that_is_printed(motion):
     assert loose.force[shown.struck].max() < 0.9 * loose.felt(shown.struck)
     said = jp.summary(motion).lines[0]
     assert measure(largest, "N", 3) in said  # "normal" beside the resultant, where they differ
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", ["journal_orbit", "phase_portrait"])
+def test_a_path_says_how_many_contacts_lie_between_its_samples(motion, kind):
+    told = jp.words(motion[["event_kind", "event_joint", "event_time"]])
+    told = told.isel(event=told["event_joint"].values == "B")
+    times, kinds = told["event_time"].values, told["event_kind"].values
+    begun, ended = (times[kinds == each] for each in ("contact", "separation"))
+    held = np.array([[begin, ended[ended > begin].min(initial=np.inf)] for begin in begun])
+    samples = motion["time"].values
+    missed = np.sum(np.searchsorted(samples, held[:, 0]) == np.searchsorted(samples, held[:, 1]))
+    assert missed > 1
+    (ax,) = figures.draw(motion, {"kind": kind}).axes
+    assert ax.get_title(loc="left").replace("\n", " ") == f"{missed} contacts between samples not drawn"

@@ -117,6 +117,18 @@ def in_contact(dataset: Dataset, joint: str, dim: str = "time") -> np.ndarray | 
     return ~np.isin(codes.words(dataset["mode"].sel(joint=joint)).values, ("free", "released"))
 
 
+def unseen(dataset: Dataset, joint: str | None, contact: np.ndarray | None) -> str:
+    """Say how many contacts of a joint a path does not show, since they begin and end between two samples."""
+    if contact is None or "event_kind" not in dataset:
+        return ""
+    begun = np.isin(codes.words(dataset["event_kind"]).values, ("contact", "impact"))
+    begun &= codes.words(dataset["event_joint"]).values == joint
+    after = np.searchsorted(dataset["time"].values, dataset["event_time"].values[begun])
+    after = after[(after > 0) & (after < contact.size)]
+    count = int(np.sum(~contact[after] & ~contact[after - 1]))
+    return f"{count} contact{'s' * (count > 1)} between samples not drawn" if count else ""
+
+
 def is_number(given) -> bool:
     """Return whether an option is a finite number, however large."""
     return isinstance(given, Real) and not isinstance(given, bool) and -np.inf < given < np.inf

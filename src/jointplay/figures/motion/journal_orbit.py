@@ -52,9 +52,10 @@ def orbit_panel(ax: Axes, dataset: Dataset, joint: str | None) -> None:
     joint = select.label(dataset, "joint", joint)
     x, y = journal(dataset, joint, "time")
     beyond = beyond_face if is_corner(joint) else outside
-    artists.path(ax, x, y, select.in_contact(dataset, joint), dataset["time"].values, beyond)
+    contact = select.in_contact(dataset, joint)
+    artists.path(ax, x, y, contact, dataset["time"].values, beyond)
     orbit_frame(ax, dataset, joint, x, y)
-    artists.heading(ax, artists.missing_note(x, y, "samples"))
+    artists.heading(ax, artists.missing_note(x, y, "samples"), select.unseen(dataset, joint, contact))
 
 
 def outside(x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -72,7 +72,7 @@ def portrait_panel(ax: Axes, dataset: Dataset, x: str | None, y: str | None, lin
     if xs.size:
         clearance_line(ax, dataset, one, x_unit.factor)
     artists.name_axes(ax, one, x_unit, two, y_unit)
-    artists.heading(ax, artists.missing_note(xs, ys, "samples"))
+    artists.heading(ax, artists.missing_note(xs, ys, "samples"), select.unseen(dataset, at, contact))
 
 
 def pair(dataset: Dataset, x, y, dim: str, link, joint) -> tuple[DataArray, DataArray]:
