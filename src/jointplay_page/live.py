@@ -195,11 +195,19 @@ def heading(mechanism: Mechanism | TestSystem) -> str:
         return mechanism.name.replace("_", " ").capitalize()
     bars, sliding = len(mechanism.links) + 1, [joint for joint in mechanism.joints if joint.prismatic]
     kind = BARS.get(bars, f"Linkage of {bars} links")
-    if (bars, len(mechanism.joints), len(sliding)) == (4, 4, 1) and sliding[0].bearing.link == GROUND:
-        kind = "Slider-crank"
+    if (bars, len(mechanism.joints)) == (4, 4) and sliding:
+        kind = sliding_kind([{joint.journal.link, joint.bearing.link} for joint in sliding])
     loose = [joint.name for joint in mechanism.clearance_joints]
     where = f"joint{'s' * (len(loose) > 1)} {' and '.join(loose)}"
     return f"{kind} with clearance at {where}" if loose else f"{kind} with ideal joints"
+
+
+def sliding_kind(ends: list[set[str]]) -> str:
+    """Return what a loop of four links is called by the pairs of links that slide on each other."""
+    if len(ends) == 1:
+        return "Slider-crank" if GROUND in ends[0] else "Inverted slider-crank"
+    common, guided = set.intersection(*ends), any(GROUND in pair for pair in ends)
+    return "Scotch yoke" if guided and common and GROUND not in common else "Double slider"
 
 
 def about(mechanism: Mechanism | TestSystem, computes: bool) -> str:

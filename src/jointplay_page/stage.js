@@ -121,11 +121,23 @@ const stage = (() => {
     return pin.direction + (link ? link.frames[3 * at + 2] : 0);
   }
 
-  // A guide's line, or with clearance its two faces to scale; on the ground as far as the picture goes.
+  // How far from a guide's place its block comes along it, backwards and forwards, over all samples.
+  function stroke(scene, pin) {
+    const ways = Array.from({ length: scene.links[0].frames.length / 3 }, (_, i) => {
+      const [[x, y], [bx, by], angle] = [pinAt(scene, pin, i), pinAt(scene, pin.block, i), turned(scene, pin, i)];
+      return (bx - x) * Math.cos(angle) + (by - y) * Math.sin(angle);
+    });
+    return [Math.min(...ways), Math.max(...ways)];
+  }
+
+  // A guide's line, or with clearance its two faces to scale: on the ground as far as the picture goes, on a link as
+  // far as the block slides and the link reaches along it.
   function faces(pen, scene, pin, at, put, scale) {
     const [x, y] = put(pinAt(scene, pin, at));
     const angle = turned(scene, pin, at);
-    const far = pin.point ? 1e4 : Math.max(...scene.links.find((link) => link.name === pin.link).along.map((s) => scale * (s - pin.at)), 0);
+    const link = scene.links.find((each) => each.name === pin.link);
+    const along = link ? [...link.along.map((s) => (s - pin.at) * Math.cos(pin.direction)), ...stroke(scene, pin)] : [-1e4, 1e4];
+    const [near, far] = [Math.min(...along), Math.max(...along)].map((each) => scale * each);
     const [dx, dy] = [Math.cos(angle), -Math.sin(angle)];
     const away = pin.sizes ? scale * (pin.sizes[1] + pin.clearance) : 0;
     pen.strokeStyle = colour(pin.sizes ? "--ink" : "--line");
@@ -133,7 +145,7 @@ const stage = (() => {
     (away ? [away, -away] : [0]).forEach((off) => {
       const [sx, sy] = [x + off * dy, y - off * dx];
       pen.beginPath();
-      pen.moveTo(sx - (pin.point ? far : 0) * dx, sy - (pin.point ? far : 0) * dy);
+      pen.moveTo(sx + near * dx, sy + near * dy);
       pen.lineTo(sx + far * dx, sy + far * dy);
       pen.stroke();
     });

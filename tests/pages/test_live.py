@@ -10,6 +10,7 @@ from jointplay.display.errors import refuse
 from jointplay.study.file import validate
 from jointplay.study.toml_text import override, parse
 from jointplay_page import live
+from tests.figures.linkage.test_mechanism import yoke
 from tests.pages.live_samples import fake, linkage
 from tests.pages.samples import diagram, turning
 
@@ -87,6 +88,7 @@ def test_without_scripts_picture_and_numbers_are_there(monkeypatch, tmp_path, ca
         ),
         (jp.catalog.watt(clearance=0.0), "Six-bar linkage with ideal joints"),
         (jp.catalog.duffing(), "Duffing"),
+        (yoke(), "Scotch yoke with ideal joints"),
     ],
     ids=repr,
 )
