@@ -171,6 +171,7 @@ def test_of_two_parameters_the_first_is_held():
     figure = figures.draw(data, kind="bifurcation", at=2.2)
     stored = data.journal_x.sel(gear_ratio=2.0).values
     np.testing.assert_allclose(clouds(figure.axes[0])[0].get_ydata(), 1e6 * stored.ravel())
+    assert figure.axes[0].get_title(loc="left") == "(a) Gear ratio 2"
 
 
 def test_a_map_shows_what_is_stored():

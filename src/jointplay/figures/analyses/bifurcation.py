@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jointplay.display.number_text import Shown
+from jointplay.display.number_text import Shown, measure
 from jointplay.figures.drawing import Axes, DataArray, Dataset, Figure, artists, select, style, sweep_axes
 from jointplay.figures.registry import picture
 
@@ -84,6 +84,8 @@ def bifurcation(
     for number, ax in enumerate(axes):
         mark(ax, marked, frame.x, named=number == 0)
     sweep_axes.parameter_axis(axes[-1], part[name])
+    for held in (part[other] for other in sweep_axes.varied(dataset) if other != name):
+        artists.heading(axes[0], select.title(held), measure(float(held), held.attrs["units"]))
     artists.letter(axes)
     return artists.finish(figure, dataset)
 
