@@ -254,3 +254,6 @@ def test_status_counts_what_parts_have_finished(tmp_path):
     assert "parts    2, put together by `jointplay merge`" in lines
     complete(study, tmp_path, Pool(1), share=(3, 3))
     assert next(status(study, tmp_path)) == "cells    6 of 6 finished"
+    lines = list(status(loaded(CELLS, "analysis.turns=31"), tmp_path))
+    assert "parts    3 without a finished cell of this study as it is now" in lines
+    assert not any("merge" in line for line in lines)

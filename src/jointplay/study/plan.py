@@ -190,8 +190,10 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
         yield from _journal_lines(each, index)
         if os.path.exists(each.folder) and (writer := each.writer()) is not None:
             yield f"running  process {writer}" + ("" if each is journal else f" ({each.folder.name})")
-    if parts:
-        yield f"parts    {len(parts)}, put together by `jointplay merge`"
+    if own := sum(bool(each.index().keys() & index.keys()) for each in parts):
+        yield f"parts    {own}, put together by `jointplay merge`"
+    if others := len(parts) - own:
+        yield f"parts    {others} without a finished cell of this study as it is now"
     yield f"result   {_told(study, out)}"
     if 0 < len(index) == cells:
         yield from _answer(study, out / f"{name}.nc")
