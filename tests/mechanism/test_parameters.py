@@ -262,3 +262,12 @@ def test_a_count_has_no_branch():
     bent = jp.catalog.chunmei2002(elastic=("coupler",), elements=2)
     found = told(lambda: jp.continuation(bent, parameter="elements", range=(1.0, 3.0)))
     assert "elements is a whole number" in found["range"]
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_wrong_name_is_told_of_parameters_that_there_are(name):
+    mechanism = preset(name)
+    (said,) = told(Parameter.named, mechanism, "nothing_like_it").values()
+    known = said.split("accepted: ")[-1].split(", ")
+    there = {one.key for one in Parameter.of(mechanism) if "." not in one.key}
+    assert {*filter(str.isidentifier, known)} <= there != set()

@@ -168,7 +168,8 @@ def _problem(mechanism: Mechanism | TestSystem, key: Any, place: str) -> Problem
         known = _own(mechanism)
         return None if key in known else unknown(place, key, key, known, "parameter")
     if not is_path(key):
-        known = (*NAMED, f"a path such as {EXAMPLE}")
+        known = [name for name in NAMED if _is_real(value_of(mechanism, name))]
+        known.append(f"a path such as {EXAMPLE}")
         return None if key in NAMED else unknown(place, key, key, known, "parameter")
     number, problem = part_at(mechanism, key, place)
     if problem or number is None or _is_real(number):
