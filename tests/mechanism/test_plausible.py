@@ -405,6 +405,9 @@ def test_files_are_judged_as_python_is(tmp_path, capsys):
     path.write_text(head + "speed = 300\n")
     assert main(["check", str(path)]) == 0
     assert "if 300 rpm are meant" in capsys.readouterr().err
+    path.write_text(head + '[vary]\n"joints.B.journal.at" = [0.12, 0.04, 0.1]\n')
+    assert main(["check", str(path)]) == 0
+    assert "vary.joints.B.journal.at: got 0.04; its cells fail: lengths" in capsys.readouterr().err
     path.write_text(head + "speed = 300\nas_meant = true\n")
     assert main(["check", str(path)]) == 0
     assert capsys.readouterr().err == ""

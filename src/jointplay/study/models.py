@@ -285,7 +285,16 @@ class Study(OfKind):
         start, section = given.get("initial"), given.get("section")
         several = (self.mechanism, largest(self.mechanism, vary_table.values(self.vary)))
         found = [problem for mechanism in several for problem in doubts(mechanism, start, section)]
+        found += self._failing_cells()
         return list(dict.fromkeys(str(replace(problem, key=_place(problem.key))) for problem in found))
+
+    def _failing_cells(self) -> Iterator[Problem]:
+        """Least and largest values of `[vary]` with which the analysis would be refused by itself."""
+        for key, values in vary_table.values(self.vary).items() if "over" not in self.keywords() else ():
+            for value in sorted({min(values), max(values)}):
+                changed = {"mechanism": self.mechanism.varied({key: value})}
+                for problem in self.row.function.asked(self.keywords() | changed)[0][:1]:
+                    yield Problem(f"over.{key}", value, f"its cells fail: {problem.expected}")
 
     def summary(self) -> str:
         """A few lines on the study's settings."""
