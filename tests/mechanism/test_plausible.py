@@ -408,6 +408,15 @@ def test_files_are_judged_as_python_is(tmp_path, capsys):
     path.write_text(head + '[vary]\n"joints.B.journal.at" = [0.12, 0.04, 0.1]\n')
     assert main(["check", str(path)]) == 0
     assert "vary.joints.B.journal.at: got 0.04; its cells fail: lengths" in capsys.readouterr().err
+    press = '[[mechanism.loads]]\nname = "press"\nkind = "force"\non = { link = "slider" }\ndirection = 0.0\n'
+    press += 'angle = "%s"\nharmonics = [{ order = 1, sine = 9.0 }]\n'
+    path.write_text(head + press % "slider")
+    assert main(["check", str(path)]) == 0
+    said = capsys.readouterr().err
+    assert "loads[0].angle: got 'slider'; slider slides and does not turn" in said, said
+    path.write_text(head + press % "crank")
+    assert main(["check", str(path)]) == 0
+    assert capsys.readouterr().err == ""
     path.write_text(head + "speed = 300\nas_meant = true\n")
     assert main(["check", str(path)]) == 0
     assert capsys.readouterr().err == ""

@@ -18,7 +18,7 @@ from jointplay.display.accepted import bounds_of, units_of
 from jointplay.display.errors import Problem, join
 from jointplay.display.number_text import typed
 from jointplay.solver.equations.own.grammar import number, parse
-from jointplay.solver.mechanism.base import LONG, Record, in_degrees, in_millimetres
+from jointplay.solver.mechanism.base import GROUND, LONG, Record, in_degrees, in_millimetres
 from jointplay.solver.mechanism.measures import SMALLEST
 
 RPM = math.tau / 60  # rad/s
@@ -236,6 +236,14 @@ def _turned(mechanism: Any) -> Iterator[Problem]:
     names = {link.name for link in mechanism.links}
     guessed = ((f"guess.{name}", angle) for name, angle in mechanism.guess.items() if name in names)
     yield from _over_a_turn((*_in(mechanism, "rad"), *guessed))
+    still = {GROUND}
+    guides = [{joint.journal.link, joint.bearing.link} for joint in mechanism.joints if joint.prismatic]
+    for _ in guides:  # what slides on what does not turn
+        still = still.union(*(ends for ends in guides if ends & still))
+    for i, load in enumerate(mechanism.loads):
+        if load.angle in still:
+            text = f"{load.angle} slides and does not turn, so that the load does not vary"
+            yield Problem(f"loads[{i}].angle", load.angle, text)
 
 
 def _over_a_turn(angles: Iterable[tuple[str, float]]) -> Iterator[Problem]:
