@@ -124,6 +124,15 @@ def test_a_detail_holds_what_lies_in_it_and_the_rest_has_logarithms():
         figures.draw(shifted, options | {"detail": None})
 
 
+def test_the_note_on_a_partial_result_lies_on_nothing_else():
+    data = branches()
+    data["status"] += 1
+    figure = figures.draw(data, kind="continuation", multipliers=True)
+    parts = [figure._suptitle, *figure.legends, *figure.axes]
+    note, *others = (part.get_window_extent() for part in parts)
+    assert not any(note.overlaps(each) for each in others)
+
+
 def test_over_a_diagram():
     """Points of the sweep and lines of the branches on the same axes, which hold both."""
     sweep = diagram()

@@ -248,7 +248,7 @@ def moduli(ax: Axes, dataset: Dataset, frame: Frame) -> None:
 
 
 def explain(figure: Figure, dataset: Dataset, over: bool = False) -> None:
-    """Name line styles, colours and markers above the panels."""
+    """Name line styles, colours and markers below the panels."""
     from matplotlib.lines import Line2D
 
     turns = sorted({float(np.nanmax(row, initial=1.0)) for row in dataset["period"].values})
@@ -264,5 +264,5 @@ def explain(figure: Figure, dataset: Dataset, over: bool = False) -> None:
     if over:
         dot = OVER | {"marker": "o", "linestyle": "none", "markersize": 2}
         handles.append(Line2D([], [], label=UNDER, **dot))
-    look = {"loc": "outside upper center", "ncols": 4, "columnspacing": 1.2, "handletextpad": 0.5}
+    look = {"loc": "outside lower center", "ncols": 4, "columnspacing": 1.2, "handletextpad": 0.5}
     figure.legend(handles=handles, **look)

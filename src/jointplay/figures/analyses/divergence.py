@@ -56,5 +56,5 @@ def divergence(dataset: Dataset, *, neighbours: bool = True) -> Figure:
         ax.axhline(level, **LEVEL, label=f"stays at {plain(level, 2)}")
     ax.set(yscale="log", xlabel="Turns", ylabel="Scaled distance")
     ax.set_xlim(turn[0], turn[-1])
-    figure.legend(loc="outside upper center")
+    figure.legend(loc="outside lower center")
     return artists.finish(figure, dataset)
