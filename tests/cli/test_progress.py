@@ -116,6 +116,19 @@ def test_the_time_left_is_told_only_when_it_can_be_known(clock, pace):
             assert rest / 2.05 <= float(told[1]) <= 2.05 * rest, step
 
 
+def test_what_is_compiled_in_the_middle_does_not_count_for_the_time_left(clock):
+    with terminal.Progress("small", said := StringIO()) as progress:
+        for step in range(101):
+            if step in (0, 5, 8):
+                terminal.LOG.info("compiling")
+                clock[0] += 60.0
+            progress(0.01 * step)
+            clock[0] += 1.0
+    told = re.findall(r"(\d+)% done, about ([\d.]+) s left", said.getvalue())
+    assert len(told) > 6
+    assert all(float(left) == pytest.approx(100 - int(done), abs=2) for done, left in told)
+
+
 def slow(clock, seconds, inner=None):
     @reported
     def analysis(*, progress=None):

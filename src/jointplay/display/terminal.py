@@ -152,6 +152,7 @@ class Progress(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Show a logged message."""
         line = record.getMessage()
+        self.began = None  # what is compiled in the middle of a run tells nothing of the rest either
         if line in self.lines or self.stream is None:
             return
         self.lines.add(line)
