@@ -41,6 +41,25 @@ def test_wrong_general_options_are_told(options, key):
     assert [problem.key for problem in caught.value.problems] == [key]
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("name", [name for name, made in PICTURES.items() if not {"x", "y"} & {*made()[1]}])
+def test_all_has_room_at_the_least_width(name):
+    dataset, options = PICTURES[name]()
+    kind = options.get("kind", name.split(" ")[0])
+    width = max(figures.registry.ABOUT[kind].least, 88.0)
+    figure = figures.draw(dataset, {"kind": kind} | options | {"width": width})
+    unit = figure.dpi / 25.4
+    for ax in figure.axes:
+        ends = ax.get_tightbbox()
+        assert ax.get_label() == "<colorbar>" or ax.get_window_extent().width >= 15 * unit
+        assert -2 * unit <= ends.x0 <= ends.x1 <= (width + 2) * unit
+    for ends in (legend.get_window_extent() for legend in figure.legends):
+        assert -2 * unit <= ends.x0 <= ends.x1 <= (width + 2) * unit
+    if width > 88.0:
+        with pytest.raises(InputError, match=rf"figure\.width: got {width - 1}; a width in mm, {width:g} to"):
+            figures.draw(dataset, {"kind": kind} | options | {"width": width - 1})
+
+
 def test_each_file_of_a_command_is_drawn_once_as_it_was_laid_out(tmp_path, monkeypatch):
     picture, drawn, once = figures.draw(section()), [], Figure.draw
     places = [ax.get_position().bounds for ax in picture.axes]

@@ -200,6 +200,7 @@ def study_problems(kind: str, options: Mapping[str, Any], asked: Mapping[str, An
         return [Problem("analysis.record", NOTHING, expected)]
     linkage = names is not None and "state_value" not in names
     found = [*(_missing_variables(options, names) if linkage else ()), *about.fits(options, asked)]
+    found += _value("width", options, kind) if "width" in options else []
     return [each for each in found if "kind" in options or each.key != "figure.kind"]
 
 
@@ -214,6 +215,8 @@ def _value(key: str, options: Mapping[str, Any], kind: str | None) -> list[Probl
     checks = [about.checks[key] for about in those if key in about.checks]
     if words:
         checks.append(lambda given: select.choice(key, given, words))
+    if key == "width":
+        checks = [partial(_width, min(about.least for about in those))]
     found: list[list[Problem]] = []
     for check in checks or [_CHECKS.get(key, lambda _: None)]:
         try:
@@ -242,9 +245,9 @@ def _diagram(value: Any) -> None:
         raise select.refuse("over", value, "a result of bifurcation, as jp.open gives it, is accepted")
 
 
-def _width(value: Any) -> None:
-    if not select.is_number(value) or not 20.0 <= value <= WIDEST:
-        raise select.refuse("width", value, f"a width in mm, 20 to {WIDEST:g}, is accepted")
+def _width(least: float, value: Any) -> None:
+    if not select.is_number(value) or not least <= value <= WIDEST:
+        raise select.refuse("width", value, f"a width in mm, {least:g} to {WIDEST:g}, is accepted")
 
 
 def _font(value: Any) -> None:
@@ -270,7 +273,6 @@ def _place(value: Any) -> None:
 
 
 _CHECKS: dict[str, Callable[[Any], Any]] = {  # of options that mean the same in every figure that has them
-    "width": _width,
     "font": _font,
     "ax": _place,
     "axis": timebase.axis_names,

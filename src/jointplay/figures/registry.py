@@ -43,6 +43,8 @@ class About:
         By option: the words that it can be.
     checks : mapping of str to callable
         By option: raises an `InputError` where its value makes no sense, whatever the result.
+    least : float
+        Width in mm below which its panels and labels have no room.
     fits : callable
         Given the figure's options and a study's keywords: the problems of drawing the one from the other.
     """
@@ -54,6 +56,7 @@ class About:
     over: int = 0
     choices: Mapping[str, Collection[str]] = field(default_factory=dict)
     checks: Mapping[str, Callable[[Any], Any]] = field(default_factory=dict)
+    least: float = 20.0
     fits: Callable[[Options, Keywords], Iterator[Problem]] = _anything
 
 

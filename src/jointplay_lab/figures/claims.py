@@ -21,7 +21,7 @@ OPEN = "not as concluded"
 ERRORS = {"fmt": "none", "ecolor": style.GREY, "elinewidth": 0.8}
 
 
-@picture()
+@picture(least=180)
 def claims(dataset: Dataset) -> Figure:
     """Draw the ratios of what is compared, a row each, with the grade of the row and of the conclusion.
 

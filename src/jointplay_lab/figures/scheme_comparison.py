@@ -19,7 +19,7 @@ COLOURS, MARKERS = (style.BLACK, style.BLUE, style.AMBER, style.GREY), "osD^vP"
 DASHES = ("-", (0, (4, 1.5)), (0, (1.2, 1.2)), (0, (6, 1, 1, 1)))
 
 
-@picture(choices={"measure": MEASURES})
+@picture(least=120, choices={"measure": MEASURES})
 def scheme_comparison(dataset: Dataset, *, measure: str = "deflection") -> Figure:
     """Draw errors after each pass, a panel for each number of windows a turn, and errors over run times.
 

@@ -22,7 +22,7 @@ HATCHES = {"suspect": "////////", "stopped": "...."}  # of bars beside others as
 BINS = np.logspace(-17, 0, 69)  # of energy residuals; what is smaller is drawn in the first
 
 
-@picture()
+@picture(least=140)
 def stress(dataset: Dataset) -> Figure:
     """Draw the processor time of a turn over the contact's stiffness, and the energy residuals, by verdict.
 

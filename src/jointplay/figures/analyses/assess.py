@@ -25,7 +25,7 @@ MARKS = {  # of a change: colour, line, words
 }
 
 
-@picture()
+@picture(least=180)
 def assess(dataset: Dataset, *, joint: str | None = None) -> Figure:
     """Draw largest forces and impact speeds over each parameter, and a joint's force over a turn.
 

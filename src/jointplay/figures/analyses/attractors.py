@@ -36,7 +36,7 @@ NAMED = 4  # periods of a motion in the legend
 ROWS = {"points": 2.0, "exponents": 1.0, "fractions": 1.0}
 
 
-@picture()
+@picture(least=120)
 def attractors(
     dataset: Dataset, *, quantity: str | None = None, link: str | None = None, joint: str | None = None
 ) -> Figure:

@@ -15,7 +15,7 @@ MARGIN = 0.12  # of K, beyond 0 and 1
 NARROW = 20  # characters of a line of a label
 
 
-@picture()
+@picture(least=100)
 def chaos_test(dataset: Dataset) -> Figure:
     """Draw K over frequency with its quartiles, the driven point's path, and its mean square displacement.
 

@@ -32,6 +32,7 @@ SCALES, WIDTHS, AROUND = ("linear", "log"), (0.8, 1.0), 0.05  # of panels; of y 
 
 
 @picture(
+    least=100,
     choices={"scale": SCALES},
     checks={"limits": lambda value: lines(value), "detail": lambda value: stretch(value)},
 )

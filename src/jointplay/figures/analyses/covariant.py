@@ -14,7 +14,7 @@ ENDS = (np.array([0.0, 0.2, 0.3]), np.array([0.95, 0.95, 0.95]))  # colours of t
 LISTED = 12  # vectors that have room
 
 
-@picture(needs=("mean_share",), checks={"vectors": partial(select.leading, "vectors")})
+@picture(least=160, needs=("mean_share",), checks={"vectors": partial(select.leading, "vectors")})
 def covariant(dataset: Dataset, *, vectors: int | None = None) -> Figure:
     """Draw the mean shares of parts in each vector, and the distribution of angles between subspaces.
 

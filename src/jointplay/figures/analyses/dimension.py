@@ -11,7 +11,7 @@ from jointplay.figures.registry import picture
 DISTANCE = "Distance (standard deviations)"
 
 
-@picture()
+@picture(least=120)
 def dimension(dataset: Dataset) -> Figure:
     """Draw the correlation sum and its local slope, with the range and the value of the fit.
 

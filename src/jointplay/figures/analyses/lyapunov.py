@@ -23,7 +23,7 @@ ROW = 0.075  # of a table's height
 COLUMNS = {0.0: "left", 0.68: "right", 0.99: "right"}  # right ends are numbers', left ends words'
 
 
-@picture(choices={"per": PER}, checks={"exponents": partial(select.leading, "exponents")})
+@picture(least=140, choices={"per": PER}, checks={"exponents": partial(select.leading, "exponents")})
 def lyapunov(dataset: Dataset, *, per: str | None = None, exponents: int | None = None) -> Figure:
     """Draw the running means of exponents with bands of one standard error, and a table of the final values.
 

@@ -16,7 +16,7 @@ WIDE, LETTERS = 0.4, 30  # of a bar; of a parameter's name in a line
 TOP, HEAD, ROW = 62.0, 14.0, 12.0  # mm: forces; above and below the parameters, and for each
 
 
-@picture()
+@picture(least=160)
 def optimise(dataset: Dataset) -> Figure:
     """Draw a force over the turns and the largest of each joint, and where parameters are in their bounds.
 

@@ -38,7 +38,7 @@ def fits(options: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[Probl
     yield from sweep_axes.fits(options, asked)
 
 
-@picture(over=2, fits=fits)
+@picture(least=140, over=2, fits=fits)
 def parameter_map(
     dataset: Dataset,
     *,

@@ -19,7 +19,7 @@ WITHIN, BEYOND = "within_limits", ("beyond a limit", "within all limits")
 MARKERS = {"no": "o", "yes": "^", "undecided": "s", "failed": "x"}
 
 
-@picture()
+@picture(least=180)
 def tolerances(dataset: Dataset, *, event: str | None = None, quantity: str | None = None) -> Figure:
     """Draw samples by a quantity and by the two parameters that an event hangs on most, and their shares.
 

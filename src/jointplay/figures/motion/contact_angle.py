@@ -19,7 +19,7 @@ ROWS = (
 )
 
 
-@picture(needs=("contact_angle",), clearance=True)
+@picture(least=120, needs=("contact_angle",), clearance=True)
 def contact_angle(
     dataset: Dataset,
     *,

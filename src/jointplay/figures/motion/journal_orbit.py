@@ -13,10 +13,11 @@ from jointplay.figures.drawing import Axes, DataArray, Dataset, Figure, artists,
 from jointplay.figures.registry import picture
 from jointplay.solver.equations.structure import CORNERS
 
+ORBIT = ("journal_x", "journal_y")
 NAMES = tuple(f"_{corner}" for corner in CORNERS)
 
 
-@picture(needs=("journal_x", "journal_y"), clearance=True)
+@picture(needs=ORBIT, clearance=True)
 def journal_orbit(
     dataset: Dataset,
     *,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select, style, timebase
-from jointplay.figures.motion.journal_orbit import orbit_panel
+from jointplay.figures.motion.journal_orbit import ORBIT, orbit_panel
 from jointplay.figures.motion.phase_portrait import counted, journal_points, portrait_panel
 from jointplay.figures.motion.time_history import between, history_panel, legends
 from jointplay.figures.registry import picture
@@ -14,7 +14,7 @@ MOST = 4  # joints on a sheet
 FORCES, JOINT = 57.0, 66.0  # mm of height: the forces, the pictures of a joint
 
 
-@picture(needs=("normal_force", "journal_x", "journal_y", "eccentricity", "normal_velocity"), clearance=True)
+@picture(least=120, needs=("normal_force", *ORBIT, "eccentricity", "normal_velocity"), clearance=True)
 def overview(dataset: Dataset, *, joint: str | None = None, turns: float | Sequence[float] = 3) -> Figure:
     """Draw the forces of the joints with clearance; of each its orbit, portrait, and section if one was kept.
 
