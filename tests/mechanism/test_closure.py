@@ -1,6 +1,7 @@
 """The closed form against the closure itself, put back in as vectors."""
 
 import math
+from typing import get_args
 
 import pytest
 from hypothesis import assume, event, given
@@ -8,14 +9,15 @@ from hypothesis import strategies as st
 
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism import catalog
-from jointplay.solver.mechanism.loops.four_bar import BRANCHES, find_four_bar
+from jointplay.solver.mechanism.base import Branch
+from jointplay.solver.mechanism.loops.dyads import FourBar
 from jointplay.solver.mechanism.loops.ideal import ideal_state
 from jointplay.solver.mechanism.records import ConstantSpeed, Joint, Link, Mechanism, Pin
 from tests.mechanism.wrong import problems_of
 
 PAPER = catalog.chunmei2002()
 angle = st.floats(-10, 10)
-branch = st.sampled_from(BRANCHES)
+branch = st.sampled_from(get_args(Branch))
 length = st.floats(0.05, 1.0)
 
 
@@ -36,11 +38,11 @@ def linkage(crank, coupler, rocker, pivot, origin=(0.0, 0.0), pins=None):
 
 def place(mechanism, angles):
     """Give the place of the joint between coupler and rocker as reached from either side, as x + iy."""
-    loop = find_four_bar(mechanism.joints, mechanism.crank)
+    loop = FourBar.of(mechanism.joints, mechanism.crank)
     e = {name: complex(math.cos(t), math.sin(t)) for name, t in angles.items()}
     crank, coupler, rocker = loop.spans
-    end = complex(*loop.origin) + crank * e[loop.crank]
-    return end + coupler * e[loop.coupler], complex(*loop.pivot) + rocker * e[loop.rocker]
+    end = loop.origin + crank * e[loop.links[0]]
+    return end + coupler * e[loop.links[1]], loop.pivot + rocker * e[loop.links[2]]
 
 
 def crank_end(span, angle):
@@ -92,7 +94,7 @@ def test_any_four_bar_with_any_names_and_pins(crank_angle, branch, spans, base, 
         assert not abs(spans[1] - spans[2]) + 1e-9 < reach < spans[1] + spans[2] - 1e-9
         return
     assert gap(mechanism, angles) < 1e-9 * max(sides)  # near a dead centre half the digits go
-    loop = find_four_bar(mechanism.joints, mechanism.crank)
+    loop = FourBar.of(mechanism.joints, mechanism.crank)
     d, t, w = loop.spans, [angles[n] for n in loop.links], [speeds[n] for n in loop.links]
     velocity = [d[k] * w[k] * complex(-math.sin(t[k]), math.cos(t[k])) for k in range(3)]
     assert abs(velocity[0] + velocity[1] - velocity[2]) < 1e-9 * max(map(abs, velocity))

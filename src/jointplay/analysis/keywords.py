@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import wraps
 from inspect import Parameter, Signature, signature
-from typing import Annotated, Any, Literal, ParamSpec, TypeVar
+from typing import Annotated, Any, ParamSpec, TypeVar
 
 import numpy as np
 from pydantic import (
@@ -35,6 +35,7 @@ from jointplay.solver.mechanism import plausible
 from jointplay.solver.mechanism.assemble import journal_distances
 from jointplay.solver.mechanism.base import (
     Angle,
+    Branch,
     Count,
     Flag,
     Name,
@@ -96,8 +97,7 @@ def analysis(
             return left_out.completed(_as_meant(closes, given))
 
         told, shared = (*rules, _turns_as_driven(function)), {"model": started} | more
-        check = checked(*told, before=before, after=_warned, **shared)
-        made = check(_signed(reported(function)))
+        made = checked(*told, before=before, after=_warned, **shared)(_signed(reported(function)))
         made.left_out = left_out
         return made
 
@@ -198,7 +198,7 @@ class Initial(Record):
 
     crank_angle: Turn | None = measured("crank angle", "rad", None)
     crank_speed: Number | None = measured("crank speed", "rad/s", None)
-    branch: Literal["upper", "lower"] | None = None
+    branch: Branch | None = None
     angle: dict[str, Angle] | None = measured("angle of each link, by name", "rad", None)
     angular_velocity: dict[str, Number] | None = measured(
         "angular velocity of each link, by name", "rad/s", None

@@ -24,12 +24,12 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, refuse, unknown
 from jointplay.display.terminal import one_line
-from jointplay.solver.mechanism.base import GROUND, is_number
-from jointplay.solver.mechanism.loops.four_bar import BRANCHES, find_four_bar
+from jointplay.solver.mechanism.base import GROUND, Branch, is_number
+from jointplay.solver.mechanism.loops.dyads import FourBar
 from jointplay.solver.mechanism.loops.ideal import ideal_state
 from jointplay.solver.mechanism.measures import SMALLEST, in_si
 from jointplay.solver.mechanism.records import Mechanism
@@ -215,10 +215,10 @@ def _complete(table: Mapping[str, Any]) -> Mechanism:
 
 def _branch(mechanism: Mechanism, angles: Mapping[str, float]) -> str | None:
     """On which branch of a four-bar its links have nearly these angles; None of another linkage."""
-    if find_four_bar(mechanism.joints, mechanism.crank) is None or not angles:
+    if FourBar.of(mechanism.joints, mechanism.crank) is None or not angles:
         return None
     apart = {}
-    for branch in BRANCHES:
+    for branch in get_args(Branch):
         try:
             ideal = ideal_state(mechanism, angles.get(mechanism.crank, 0.0), branch=branch).angles
         except InputError:  # drawn at a dead centre
@@ -240,7 +240,7 @@ def _lines(
         yield f"branch = {written(branch)}"
     elif angles:
         drawn = ", ".join(f"{written(name)} = {angle:.9g}" for name, angle in angles.items())
-        dead = find_four_bar(mechanism.joints, mechanism.crank) is not None
+        dead = FourBar.of(mechanism.joints, mechanism.crank) is not None
         word = "# These angles are of no branch, or of both:" if dead else "guess ="
         yield f"{word} {{ {drawn} }}    # rad"
     for link in table["links"]:

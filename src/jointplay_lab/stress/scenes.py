@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.display.errors import Problem, strangers, with_keys
-from jointplay.solver.mechanism.loops.four_bar import FourBar, find_four_bar
+from jointplay.solver.mechanism.loops.dyads import FourBar
 from jointplay.solver.mechanism.records import GROUND, MAIN_JOINT, Mechanism, MotorLine
 from jointplay_lab.stress import ranges
 from jointplay_lab.stress.others import PRESETS, ROWS, pairs, preset, shallow, with_laws
@@ -62,11 +62,11 @@ def not_drawable(mechanism: Any) -> list[Problem]:
     if mechanism is None:
         return []
     if isinstance(mechanism, Mechanism) and isinstance(mechanism.drive, MotorLine):
-        loop = find_four_bar(mechanism.joints, mechanism.crank)
+        loop = FourBar.of(mechanism.joints, mechanism.crank)
         joint = mechanism.joint(loop.joints[2]) if loop else None
         bare = not (mechanism.springs or mechanism.loads)
         drawn = joint and joint.name == MAIN_JOINT and joint.contact and joint.contact.law == "kelvin_voigt"
-        if bare and drawn and loop.coupler == "coupler":
+        if bare and drawn and loop.links[1] == "coupler":
             return []
     expected = (
         "a linkage like catalog.chunmei2002() is accepted: a motor-driven four-bar with kelvin_voigt contact "
@@ -99,7 +99,7 @@ def draw(printed: Mechanism, number: int, seed: int = 0, variants: tuple[str, ..
     changes["gear_ratio"] = ranges.logarithmic(random, ranges.GEAR_RATIO, ends[2])
     changes["friction"] = ranges.even(random, ranges.FRICTION, ends[4])
     links, lengths = _links(random, printed, ends[5])
-    loop = find_four_bar(printed.joints, printed.crank)
+    loop = FourBar.of(printed.joints, printed.crank)
     spans = tuple(span * lengths[name] for span, name in zip(loop.spans, loop.links, strict=True))
     angles = laid(random, spans, geometry)
     nominal = printed.drive.nominal_speed * printed.drive.gear_ratio / changes["gear_ratio"]
@@ -144,12 +144,12 @@ def _journal(random: np.random.Generator, start: str, clearance: float, stiffnes
 def _pivot(printed: Mechanism, loop: FourBar, spans, angles: list[float], r: complex) -> list[float]:
     """Position of the rocker's ground pin that puts the journal where it was drawn, m."""
     p, q, s = (d * complex(math.cos(a), math.sin(a)) for d, a in zip(spans, angles, strict=True))
-    if printed.joint(MAIN_JOINT).journal.link != loop.coupler:
+    if printed.joint(MAIN_JOINT).journal.link != loop.links[1]:
         r = -r
     sides = [*map(abs, spans), abs(p + q - s - r)]
     if 2 * max(sides) >= sum(sides):  # links in one line, that the clearance alone would let close
         r = -r
-    pivot = complex(*loop.origin) + p + q - s - r
+    pivot = loop.origin + p + q - s - r
     return [pivot.real, pivot.imag]
 
 
@@ -157,7 +157,7 @@ def _joints(
     printed: Mechanism, lengths, pivot: list[float], contact: dict[str, float], radius: float
 ) -> list:
     """The joints at their places on the sized links and on the ground, with the contact drawn."""
-    loop, tables = find_four_bar(printed.joints, printed.crank), []
+    loop, tables = FourBar.of(printed.joints, printed.crank), []
     for joint in printed.joints:
         table = joint.model_dump()
         for pin in (table["journal"], table["bearing"]):

@@ -7,7 +7,7 @@ import re
 import sys
 from collections.abc import Mapping
 from functools import cache
-from typing import Annotated, Any, ClassVar, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import (
     AfterValidator,
@@ -24,6 +24,7 @@ from jointplay.display.errors import InputError, refuse
 from jointplay.solver.mechanism.measures import in_si
 
 GROUND = "ground"  # name of the fixed frame, where a link is named
+Branch = Literal["upper", "lower"]  # of a four-bar: which of the two ways to assemble it
 DOWNWARDS = -math.pi / 2  # rad, the usual direction of gravity: along -y
 
 

@@ -14,6 +14,7 @@ from pydantic import Discriminator, Field, Tag
 from jointplay.display.errors import InputError, Problem, raise_any, strangers, unknown, with_keys
 from jointplay.solver.mechanism.base import (
     DOWNWARDS,
+    Branch,
     Few,
     Flag,
     Name,
@@ -104,7 +105,7 @@ class Changes(Record):
     elements: Elements = elements_field(2)
     damping_ratio: DampingRatio = damping_field()
     order: Literal["consistent", "paper"] = "consistent"
-    branch: Literal["upper", "lower"] = "upper"
+    branch: Branch = "upper"
     gravity: Number = measured("gravity", "m/s²", 9.8)
     gravity_direction: Turn = measured("direction of gravity", "rad", DOWNWARDS)
     springs: Few[AnySpring] = ()

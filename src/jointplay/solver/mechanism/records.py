@@ -31,6 +31,7 @@ from jointplay.solver.mechanism.base import (
     DOWNWARDS,
     GROUND,
     MOST,
+    Branch,
     Few,
     Flag,
     Name,
@@ -45,7 +46,7 @@ from jointplay.solver.mechanism.base import (
     named,
 )
 from jointplay.solver.mechanism.changes import MAIN_JOINT, Changes, changed, value_of
-from jointplay.solver.mechanism.loops.four_bar import find_four_bar
+from jointplay.solver.mechanism.loops.dyads import FourBar
 from jointplay.solver.mechanism.own.own import System
 from jointplay.solver.mechanism.own.own_parts import Impact, Jump, Rubbing, Switch, Touch
 from jointplay.solver.mechanism.own.systems import TestSystem
@@ -111,7 +112,7 @@ class Mechanism(Record):
     loads: Few[AnyLoad] = ()
     gravity: Number = measured("gravity", "m/s²", 9.8)
     gravity_direction: Turn = measured("direction of gravity", "rad", DOWNWARDS)
-    branch: Literal["upper", "lower"] = "upper"
+    branch: Branch = "upper"
     order: Literal["consistent", "paper"] = "consistent"
     guess: dict[Name, Number] = Field(
         default={}, json_schema_extra={"accepts": "a table of angles by link, in rad,"}
@@ -405,10 +406,12 @@ class Draft:
         twisted = [each for each in self._twisted() if each[0].startswith("springs")]
         if not twisted or not all(joint.ideal for joint in joints):
             return
-        loop = find_four_bar(joints, driven_link(self.drive, self.names, joints))
+        loop = FourBar.of(joints, driven_link(self.drive, self.names, joints))
         for key, name in twisted if loop else ():
             if name in loop.links[1:]:
-                text = f"{loop.crank} or ground is accepted while no joint has clearance: the angles of other"
+                text = (
+                    f"{loop.links[0]} or ground is accepted while no joint has clearance: the angles of other"
+                )
                 yield Problem(key, name, f"{text} links are then known up to whole turns only")
 
     def _too_wide(self, joints: Sequence[Joint]) -> Iterator[Problem]:
@@ -515,7 +518,7 @@ class Draft:
             yield Problem("joints", ideal, text)
 
     def _open_loop(self, joints: Sequence[Joint]) -> Iterator[Problem]:
-        loop = find_four_bar(joints, driven_link(self.drive, self.names, joints))
+        loop = FourBar.of(joints, driven_link(self.drive, self.names, joints))
         if loop is not None and not loop.closes:
             rule = "none 0 and the longest shorter than the other three together"
             text = f"distances between pins (m) that can close are accepted: {rule}"

@@ -6,16 +6,26 @@ there is none, one link more is free. Loops are cut at revolute joints only, so 
 holds a link. What is left with a joint between two known links does not decompose, and another link is tried
 as the free one. Where all this fails, 2 m links with 3 m joints, m = 2, 3, ..., count as known together too
 (class III and higher).
+
+A four-bar is the driven link and one dyad of coupler and rocker, whose joint B lies on two circles: one about
+the crank's end A, one about the rocker's pivot C. Where these meet are its branches. Its speeds are the
+closure d1 e1 + d2 e2 = C - O + d3 e3 differentiated in time and projected on e2 and e3. Units: m, rad, rad/s.
 """
 
 from __future__ import annotations
 
+import cmath
+import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from jointplay.solver.mechanism.base import GROUND
-from jointplay.solver.mechanism.parts.joints import Joint
+from jointplay.display.errors import refuse
+from jointplay.solver.mechanism.base import GROUND, Branch
+from jointplay.solver.mechanism.parts.joints import Joint, Pin
+
+ROUNDING = 1e-12  # of the loop's length: a change-point linkage goes flat, and closes
+_DEAD = 1e-12  # squared height of B over A-C, in squared lengths, below which its digits are mostly rounding
 
 Unknown = str | tuple[None, str]  # angle of a link, by name; slide of a joint
 Cuts = tuple[tuple[tuple[Joint, ...], tuple[Unknown, ...]], ...]
@@ -195,3 +205,127 @@ def _next(joints: Sequence[Joint], known: Collection[str]) -> Joint | None:
 def _other(joint: Joint, link: str) -> str:
     (name,) = joint.links - {link}
     return name
+
+
+@dataclass(frozen=True)
+class FourBar:
+    """A loop of revolute joints: ground, driven link, dyad of coupler and rocker, ground.
+
+    Parameters
+    ----------
+    links : tuple of str, shape (3,)
+        Names of crank, coupler and rocker.
+    joints : tuple of str, shape (4,)
+        Names of the joints O, A, B, C in loop order, whatever they are called.
+    spans : tuple of float, shape (3,)
+        Signed distances between a link's two pins along its direction, m; crank, coupler, rocker.
+    origin, pivot : complex
+        x + iy of where the crank and the rocker are pinned to the ground, m.
+    """
+
+    links: tuple[str, ...]
+    joints: tuple[str, ...]
+    spans: tuple[float, float, float]
+    origin: complex
+    pivot: complex
+
+    @classmethod
+    def of(cls, joints: Sequence[Joint], crank: str | None) -> FourBar | None:
+        """Find the loop that starts with the driven link, from the joints alone; None if there is none."""
+        pins: dict[str, list[tuple[Joint, Pin, Pin]]] = {}
+        for joint in joints:
+            for near, far in joint.ends:
+                pins.setdefault(near.link, []).append((joint, near, far))
+        turning = len(joints) == 4 and not any(joint.prismatic for joint in joints)
+        path = [end for end in pins.get(GROUND, ()) if end[2].link == crank]
+        if not turning or len(path) != 1 or sorted(map(len, pins.values())) != [2, 2, 2, 2]:
+            return None
+        while len(path) < 4:
+            path += [end for end in pins[path[-1][2].link] if end[0] is not path[-1][0]]
+        names, near, far = zip(*((joint.name, near, far) for joint, near, far in path), strict=True)
+        a, b, c = (there.at - here.at for here, there in zip(far, near[1:], strict=False))
+        links = tuple(pin.link for pin in near[1:])
+        return cls(links, names, (a, b, -c), complex(*near[0].point), complex(*far[3].point))
+
+    @property
+    def lengths(self) -> dict[str, float]:
+        """Distances between the pins, m, by link name and ``ground``."""
+        sides = {name: abs(span) for name, span in zip(self.links, self.spans, strict=True)}
+        return sides | {GROUND: abs(self.pivot - self.origin)}
+
+    @property
+    def closes(self) -> bool:
+        """Whether it closes at some crank angle without lying flat: no side as long as the rest together."""
+        sides = list(self.lengths.values())
+        return min(sides[:3]) > 0 and 2 * max(sides) < sum(sides)
+
+    def angles(self, crank_angle: float, branch: Branch) -> tuple[float, float, float]:
+        """Intersect the circles about A and C.
+
+        Raises
+        ------
+        InputError
+            If the loop cannot close at this angle, or is at a dead centre, where coupler and rocker lie in
+            one line and the crank does not determine their speeds.
+        """
+        crank, coupler, rocker = self.spans
+        diagonal = self.pivot - (self.origin + cmath.rect(crank, crank_angle))  # from A to C
+        gap = math.hypot(diagonal.real, diagonal.imag)
+        along, across = self._triangle(gap, crank_angle)
+        if (self.pivot.real >= self.origin.real) != (branch == "upper"):  # B is on the right of the line A-C
+            across = -across
+        reach = complex(along, across) * (diagonal / gap)  # from A to B
+        rest = reach - diagonal
+        on = (cmath.phase(v if span > 0 else -v) for v, span in ((reach, coupler), (rest, rocker)))
+        return crank_angle, *on
+
+    def speeds(self, angles: tuple[float, float, float], crank_speed: float) -> tuple[float, float, float]:
+        """Project d1 w1 n1 + d2 w2 n2 = d3 w3 n3 on e3 and on e2."""
+        (d1, d2, d3), (t1, t2, t3) = self.spans, angles
+        fold = math.sin(t3 - t2)
+        coupler = -d1 * crank_speed * math.sin(t3 - t1) / (d2 * fold)
+        rocker = -d1 * crank_speed * math.sin(t2 - t1) / (d3 * fold)
+        return crank_speed, coupler, rocker
+
+    def open_arcs(self, slack: float = 0.0) -> tuple[tuple[float, float], ...]:
+        """Give the crank angles at which it cannot close, from where to where, rad.
+
+        `slack`: by how much its clearances can make up together, m.
+        """
+        crank, coupler, rocker, ground = sides = self.lengths.values()
+        slack += ROUNDING * sum(sides)
+        base, near, far = self._limits
+        arcs = []
+        if abs(ground - crank) < abs(coupler - rocker) - slack:
+            arcs.append((base - near, base + near))
+        if ground + crank > coupler + rocker + slack:
+            arcs.append((base + far, base + math.tau - far))
+        return tuple(arcs)
+
+    def _triangle(self, gap: float, crank_angle: float) -> tuple[float, float]:
+        """Give B's distances along and across the line A-C; the sides are coupler, rocker and `gap`."""
+        coupler, rocker = abs(self.spans[1]), abs(self.spans[2])
+        scale = max(coupler, rocker, gap)
+        # Heron's product keeps digits where the triangle is nearly flat; a difference of squares loses them
+        flat = (coupler + rocker - gap) * (gap - coupler + rocker) * (gap + coupler - rocker)
+        height = 0.0 if gap <= _DEAD * scale else flat * (coupler + rocker + gap) / (2 * gap) ** 2
+        if height >= _DEAD * scale**2:
+            return (gap**2 + (coupler - rocker) * (coupler + rocker)) / (2 * gap), math.sqrt(height)
+        both = " and ".join(self.links[1:])
+        if height >= -_DEAD * scale**2:
+            text = f"a crank angle away from the dead centre is accepted: {both} lie in one line here"
+        else:
+            base, near, far = self._limits
+            text = f"a crank angle between {near:.6g} and {far:.6g} rad to either side of the ground line"
+            text += f" (at {base:.6g} rad) is accepted: {both} span from {abs(coupler - rocker):.6g} to"
+            text += f" {coupler + rocker:.6g} m, and here {gap:.6g} m lie between their far pins"
+        raise refuse(crank_angle, text, "crank_angle")
+
+    @property
+    def _limits(self) -> tuple[float, float, float]:
+        """Crank angle of the ground line; those from it, within [0, pi], at which the dyad lies flat, rad."""
+        crank, coupler, rocker, ground = self.lengths.values()
+        line = cmath.phase(self.pivot - self.origin) + (math.pi if self.spans[0] < 0 else 0.0)
+        flat = (abs(coupler - rocker), coupler + rocker) if ground else ()
+        cosines = [(crank**2 + ground**2 - gap**2) / (2 * crank * ground) for gap in flat] or [1.0, 1.0]
+        return line, *(math.acos(min(1.0, max(-1.0, cosine))) for cosine in cosines)

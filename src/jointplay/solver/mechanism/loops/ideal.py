@@ -1,6 +1,6 @@
 """The ideal mechanism's configurations: of a four-bar in closed form, else by Newton's method.
 
-A four-bar has a branch by name (`four_bar`). Of any other linkage its guess names it, and unknowns are
+A four-bar has a branch by name (`dyads.FourBar`). Of any other linkage its guess names it, and unknowns are
 x, y and angle of every link; every joint, with clearance taken as 0, gives two equations
 
     revolute    P_journal - P_bearing = 0,
@@ -19,14 +19,13 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
 from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, refuse, unknown
-from jointplay.solver.mechanism.base import ANGLE, FAR, GROUND, is_number
-from jointplay.solver.mechanism.loops.dyads import decompose
-from jointplay.solver.mechanism.loops.four_bar import BRANCHES, Branch, find_four_bar
+from jointplay.solver.mechanism.base import ANGLE, FAR, GROUND, Branch, is_number
+from jointplay.solver.mechanism.loops.dyads import FourBar, decompose
 from jointplay.solver.mechanism.loops.kinematic_chains import origins
 from jointplay.solver.mechanism.parts.joints import Joint, Pin
 from jointplay.solver.mechanism.records import Mechanism
@@ -199,7 +198,7 @@ def ideal_state(
         If the mechanism cannot close at this angle, is at a dead centre, where the crank does not determine
         the other speeds, or is no four-bar and its guess is missing or does not close.
     """
-    loop = find_four_bar(mechanism.joints, mechanism.crank)
+    loop = FourBar.of(mechanism.joints, mechanism.crank)
     if loop is None and branch is not None:
         accepted = "a branch is accepted of a four-bar only; guess names that of others"
         raise refuse(branch, accepted, "initial.branch")
@@ -224,8 +223,8 @@ def _check(crank_angle: Any, crank_speed: Any, branch: Any) -> None:
         problems.append(Problem("crank_angle", crank_angle, ANGLE))
     if not is_number(crank_speed):
         problems.append(Problem("crank_speed", crank_speed, "a finite speed in rad/s is accepted"))
-    if branch not in BRANCHES:
-        problems.append(unknown("branch", branch, branch, BRANCHES, "branch"))
+    if branch not in get_args(Branch):
+        problems.append(unknown("branch", branch, branch, get_args(Branch), "branch"))
     raise_any(problems)
 
 
@@ -429,7 +428,7 @@ def _meets(arc: tuple[float, float], angle: float, travel: float) -> bool:
 
 
 def _stuck(mechanism: Mechanism, arcs: tuple[tuple[float, float], ...]) -> Problem:
-    loop, crank = find_four_bar(mechanism.joints, mechanism.crank), mechanism.crank
+    loop, crank = FourBar.of(mechanism.joints, mechanism.crank), mechanism.crank
     lengths = loop.lengths if loop else {link.name: link.length for link in mechanism.links}
     spans = (
         f"from {a:.4g} to {b:.4g} rad ({math.degrees(a):.4g} to {math.degrees(b):.4g} deg)" for a, b in arcs
@@ -441,7 +440,7 @@ def _stuck(mechanism: Mechanism, arcs: tuple[tuple[float, float], ...]) -> Probl
 
 def _unclosed(mechanism: Mechanism) -> tuple[tuple[float, float], ...]:
     """From where to where the driven link finds the mechanism open, rad."""
-    if loop := find_four_bar(mechanism.joints, mechanism.crank):
+    if loop := FourBar.of(mechanism.joints, mechanism.crank):
         return loop.open_arcs(sum(joint.clearance for joint in mechanism.joints))
     parts = (
         *((link.name, link.length) for link in mechanism.links),
