@@ -38,6 +38,8 @@ class Outputs:
         What the figure of a sweep shows, the first that a result has, each with its title; empty: its name.
     table : callable, optional
         Gives a result as text, for a file beside it.
+    own_states : str
+        Dimension of a system's own states where its outputs are recorded along ``state``.
     """
 
     kind: str
@@ -47,6 +49,7 @@ class Outputs:
     verdict: str | Callable[[xr.Dataset], xr.DataArray] = ""
     shown: Mapping[str, str] = field(default_factory=dict)
     table: Callable[[xr.Dataset], str] | None = None
+    own_states: str = "coordinate"
 
     def dataset(
         self,
@@ -88,9 +91,9 @@ class Outputs:
         head = {"Conventions": "CF-1.11", "kind": self.kind} | attributes | {"kind": self.kind}
         if model is None:
             return xr.Dataset(variables, axes | coords, head)
-        if "state" in coords and len(values["state"]) < len(model.states):
+        if "state" in coords and model.outputs:
             known = {name for group in (groups or {}).values() for name in group}
-            variables, coords = (_beside_outputs(table, known) for table in (variables, coords))
+            variables, coords = (self._beside_outputs(table, known) for table in (variables, coords))
         used = {dim for dims, *_ in variables.values() for dim in ([dims] if isinstance(dims, str) else dims)}
         labels = {of: each for of, each in coordinates(model).items() if of in used}
         return on_joints(xr.Dataset(variables, axes | coords | labels, head))
@@ -115,6 +118,14 @@ class Outputs:
                     made[name] = out.variable(values[name], of or OF, plane, named.get(name, ()))
             found.append(made)
         return found[0], found[1]
+
+    def _beside_outputs(self, table: Mapping[str, Any], known: Container[str]) -> dict[str, Any]:
+        """Variables along states, but for the `known`, along `own_states`."""
+        names = {"state": self.own_states}
+        return {
+            names.get(name, name): (dims if name in known else tuple(names.get(d, d) for d in dims), *rest)
+            for name, (dims, *rest) in table.items()
+        }
 
     def none(self, *names: str, **sizes: int) -> dict[str, np.ndarray]:
         """Values that a run which failed has none of, over dimensions of these sizes."""
@@ -169,12 +180,3 @@ class Outputs:
 def values_of(result: xr.Dataset, names: Iterable[str]) -> dict[str, Any]:
     """Values of the named variables that a result has."""
     return {name: result[name].values for name in names if name in result}
-
-
-def _beside_outputs(table: Mapping[str, Any], known: Container[str]) -> dict[str, Any]:
-    """Variables along states, but for the `known`, along ``coordinate``: there outputs count as states."""
-    names = {"state": "coordinate"}
-    own = {
-        n: (tuple(names.get(d, d) for d in each[0]), *each[1:]) for n, each in table.items() if n not in known
-    }
-    return {names.get(name, name): own.get(name, each) for name, each in table.items()}

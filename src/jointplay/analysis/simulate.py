@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import pairwise
 from typing import Annotated, Any, Unpack
 
@@ -162,6 +161,7 @@ OUTPUTS = Outputs(
         "window": WINDOW,
     },
     recorded_spans.answer,
+    own_states="end",
 )
 
 
@@ -294,14 +294,9 @@ def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, per
 def _dataset(
     model: Model, records: Records, history: Quantities, values: dict[str, Any], groups: dict[str, Any]
 ) -> xr.Dataset:
-    """The dataset of a motion; its end is along `state`, or `end` where outputs stand beside states."""
-    names, end = np.array(whole_names(model), dtype=str), end_state(model, records)
+    """The dataset of a motion."""
+    values |= {"end_state": end_state(model, records), "state": np.array(whole_names(model), dtype=str)}
     values |= _events(model, records) | run_values(model, records)
-    if model.links or tuple(names) == tuple(model.states):
-        values |= {"end_state": end, "state": names}
-    else:
-        groups["end_state"] = {"end_state": replace(OUTPUTS.variables["end_state"], dims="end").variable(end)}
-        groups["state"] = {"end": replace(OUTPUTS.coords["state"], dims="end").variable(names)}
     deepest = history if not len(records.samples) else Quantities(model, records.samples, records.start)
     found = OUTPUTS.dataset(values, model=model, groups=groups, **beyond_the_model(deepest))
     found["event_joint"].attrs |= joint_flags(model)

@@ -84,8 +84,8 @@ def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[st
     -------
     dict
         ``status``, ``trouble`` (text) and ``n_steps``. Where the motion was followed to the end, also ``end``
-        (an `End`), ``labels`` (coordinates of parts), ``points`` (variables over ``point``)
-        and ``values`` (by name, as (dims, value): a number, or a list over joints or exponents).
+        (an `End`), ``end_dim`` (its dimension), ``labels`` (coordinates of parts), ``points`` (variables over
+        ``point``) and ``values`` (by name, as (dims, value): a number, or a list over joints or exponents).
 
     Raises
     ------
@@ -179,6 +179,7 @@ def _described(model: Model, plan: Plan, records: Records) -> dict[str, Any]:
         "trouble": "",
         "n_steps": records.counts["n_steps"],
         "end": end_of(model, _state(model, plan, last)),
+        "end_dim": "end" if model.outputs else "state",  # as of `simulate`
         "labels": evaluate.coordinates(model),
         "points": points.variables(plan.record, "point"),
         "values": values | {"followed": ((), np.int8(records.route))},
@@ -297,8 +298,7 @@ def labelled(motion: Entry, keep: int) -> Entry:
     values = values | {"n_steps": ((), motion.get("n_steps", 0))}
     if "end" in motion:
         names, state, *_ = motion["end"]
-        outputs = "state" in labels and len(labels["state"][1]) > len(names)
-        dim = "end" if outputs else "state"  # as of `simulate`
+        dim = motion["end_dim"]
         labels = labels | {dim: ((dim,), np.array(names, dtype=str), {"long_name": "state"})}
         values["end_state"] = ((dim,), state)
     rows = motion.get("points", {}).items()

@@ -82,6 +82,11 @@ class Model:
     guesses: int = 0
 
     @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of the outputs of a test system, which are recorded beside its own states."""
+        return self.states[len(self.state) :]
+
+    @property
     def touching(self) -> tuple[str, ...]:
         """Names of all that have a mode: contacts, then the resets of a test system."""
         return (*self.joints, *self.resets)
