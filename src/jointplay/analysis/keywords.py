@@ -27,6 +27,7 @@ from pydantic import (
 from typing_extensions import TypedDict  # that of `typing` forgets its bases before Python 3.12
 
 from jointplay.analysis.own_units import in_own_units
+from jointplay.analysis.period import REPEATS
 from jointplay.analysis.rules import NONE, LeftOut, started
 from jointplay.display.accepted import with_returns
 from jointplay.display.errors import Problem, refuse, warn
@@ -362,3 +363,34 @@ class Settling(Motion, total=False):
     """
 
     transient: Annotated[Count, Usual(100)]
+
+
+class Recognising(Settling, total=False):
+    """Motions from many starts that are left to settle, and recognised by their section points.
+
+    Parameters
+    ----------
+    joint : str, optional
+        Joint whose journal the starts are placed by; the only one with clearance if left out.
+    turns : int
+        Number of turns, or periods of the forcing, after the transient by which a motion is recognised;
+        periods up to a quarter of them are found.
+    patience : int
+        How many times a motion in which no period is found is followed for another `turns`, before it counts
+        as having none.
+    tolerance : float
+        Distance within which section points of periodic motions are the same: as a fraction of the clearance
+        and of the nominal speed, or in a test system's own units. A period is found at a tenth of it.
+    ensemble : bool, optional
+        Whether eight motions are followed at once; if left out, wherever that is possible (see
+        `bifurcation`).
+    n_jobs : int, optional
+        Number of worker processes.
+    """
+
+    joint: Annotated[JointName | None, Usual(None)]
+    turns: Annotated[Natural, Field(ge=REPEATS), Usual(64)]
+    patience: Annotated[Count, Usual(4)]
+    tolerance: Annotated[Positive, unit("tolerance", "1"), Usual(1e-3)]
+    ensemble: Annotated[Flag | None, Usual(None)]
+    n_jobs: Annotated[Natural | None, Usual(None)]

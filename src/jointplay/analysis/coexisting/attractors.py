@@ -43,11 +43,10 @@ from jointplay.analysis.coexisting import passes
 from jointplay.analysis.coexisting.region import Region, one_parameter, region_fits
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
-from jointplay.analysis.keywords import JointName, Moving, Names, Settling, analysis
+from jointplay.analysis.keywords import Moving, Names, Recognising, analysis
 from jointplay.analysis.labels import PLANE, Out, ended, xr
 from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.orbits.continuation import continuation
-from jointplay.analysis.period import REPEATS
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.basin_uncertainty import wilson
 from jointplay.analysis.states.ends import Observation
@@ -253,10 +252,10 @@ def _pairs(
     return found
 
 
-STARTS, TURNS, PATIENCE, LYAPUNOV_TURNS = 1000, 64, 4, 100
+STARTS, LYAPUNOV_TURNS = 1000, 100
 
 
-TOLERANCE, REACH = 1e-3, 0.2
+REACH = 0.2
 
 
 LISTED = 3  # motions named in a line
@@ -367,21 +366,15 @@ def attractors(
     *,
     over: Over,
     region: Region,
-    joint: JointName | None = None,
     starts: Annotated[Natural, Field(le=10**6)] = STARTS,
     seed: Count = 0,
     carry: Flag = True,
-    turns: Annotated[Natural, Field(ge=REPEATS)] = TURNS,
-    patience: Count = PATIENCE,
-    tolerance: Annotated[Positive, unit("tolerance", "1")] = TOLERANCE,
     reach: Annotated[Positive, unit("reach", "1")] = REACH,
     record: Names | None = None,
     exponents: Flag = True,
     lyapunov_turns: Natural = LYAPUNOV_TURNS,
     bifurcations: Flag = False,
-    ensemble: Flag | None = None,
-    n_jobs: Natural | None = None,
-    **motion: Unpack[Settling],
+    **motion: Unpack[Recognising],
 ) -> xr.Dataset:
     """Follow coexisting motions over a parameter, with their fractions of the starts.
 
@@ -394,15 +387,13 @@ def attractors(
     region : mapping of str to (float, float)
         Coordinates of the starts, those of a plane of `basins`, each with its lowest and highest value; the
         inner 0.7 of the clearance if left out.
-    joint : str, optional
-        Joint whose journal the region is of; the only one with clearance if left out.
     starts : int
         Number of starts at each value, drawn at random in the region.
     seed : int
         Seed of the random numbers from which the starts are drawn.
     carry : bool
         Whether motions are carried to neighbouring values, which finds those with narrow basins.
-    turns, patience, tolerance
+    turns : int
         As in `basins`. A start is left earlier where it has reached a motion that is known already, or where
         others show that it is bound for one.
     reach : float
@@ -416,8 +407,6 @@ def attractors(
         Number of nominal turns over which the exponent is averaged.
     bifurcations : bool
         Whether periodic motions are followed as orbits, as by `continuation`, to find their bifurcations.
-    ensemble, n_jobs
-        As in `basins`.
     initial : optional
         As in `lyapunov`: the start that the region goes through.
 
@@ -433,26 +422,25 @@ def attractors(
     """
     began, (axis,) = time.perf_counter(), checked_axes(mechanism, over)
     varied = largest(mechanism, over)
-    initial, rtol, max_steps = motion["initial"], motion["rtol"], motion["max_steps"]
-    ensemble, settled = in_lanes(ensemble, varied, rtol, starts), (motion["transient"], turns)
-    observation = Observation(*settled, patience, tolerance, rtol, max_steps, ensemble)
+    initial, joint, n_jobs = motion["initial"], motion["joint"], motion["n_jobs"]
+    observation = Observation.of(motion, in_lanes(motion["ensemble"], varied, motion["rtol"], starts))
     plan = Plan(
         section=CrankAngle(),
         record=names(record, varied),
-        turns=turns,
+        turns=observation.turns,
         transient=0,
-        keep=turns,
+        keep=observation.turns,
         exponents=int(exponents),
         lyapunov_turns=lyapunov_turns,
-        rtol=rtol,
-        max_steps=max_steps,
+        rtol=observation.rtol,
+        max_steps=observation.max_steps,
     )
     changes = [{axis.key: value} for value in axis.values]
     shared = {"mechanism": mechanism, "initial": initial}
     tell = [part(motion["progress"], *pair) for pair in pairwise(SHARES)]
     seeds = {"region": region, "joint": joint, "starts": starts, "seed": seed, "observation": observation}
     cells = [shared | seeds | {"changes": each} for each in changes]
-    ready = partial(_warm, mechanism, changes, initial, exponents, ensemble)
+    ready = partial(_warm, mechanism, changes, initial, exponents, observation.ensemble)
     seeded = handed_out(passes.found, cells, tell[0], n_jobs, lasting=axis.name, ready=ready)
     motions, all_answers = [list(each.get("motions", ())) for each in seeded], list(seeded)
     lands: dict[tuple[int, int, int], int] = {}
@@ -468,7 +456,7 @@ def attractors(
     found = table.dataset({(i, numbers[i][n]): a for (i, n), a in zip(places, answers, strict=True)})
     values = table.fractions() | table.changes(events)
     if bifurcations:
-        following, branches = _followed(shared, axis, motions, numbers, max_steps, n_jobs)
+        following, branches = _followed(shared, axis, motions, numbers, observation.max_steps, n_jobs)
         values |= special_values(axis, following, branches, events)
     values |= ended(first_bad([*all_answers, *answers]), began)
     of = {"name": axis.long_name, "units": axis.units}

@@ -51,11 +51,10 @@ from jointplay.analysis.coexisting.lasting import STRETCH, Lasting, Motions
 from jointplay.analysis.coexisting.region import Region, coordinate_rules, drawn
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
-from jointplay.analysis.keywords import HANDED, JointName, Moving, Settling, analysis
+from jointplay.analysis.keywords import HANDED, Moving, Recognising, analysis
 from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.orbits.section_map import AT_REST, SectionMap, section_map
 from jointplay.analysis.orbits.shooting import Orbit, Search, at_phase, multipliers, shortest, solved
-from jointplay.analysis.period import REPEATS
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.states.basin_uncertainty import fractions
 from jointplay.analysis.states.ends import Observation, features, on_section, padded, section_states
@@ -71,7 +70,6 @@ from jointplay.solver.motion.ensemble_runs import ensemble_fits, in_lanes
 from jointplay.solver.motion.progress import part
 
 STARTS, PHASES, DIRECTIONS, STEPS, EDGE_TURNS = 200, 8, 8, 16, 60
-TURNS, PATIENCE, TOLERANCE = 64, 4, 1e-3
 SHARES = (0.5, 0.9, 0.99)  # of the smallest knock, after which the time to return is measured
 CLOUD = 4  # section points of a motion without period that are knocked
 EDGE_RTOL = 1e-11
@@ -199,7 +197,6 @@ def tipping(  # noqa: D417 (nobody gives it the model)
     *,
     model: Model = HANDED,
     region: Region,
-    joint: JointName | None = None,
     starts: Annotated[Natural, Field(le=10**6)] = STARTS,
     seed: Count = 0,
     impulses: Annotated[Few[Impulse], accepts("a list of impulses, each a table,")] = (),
@@ -209,12 +206,7 @@ def tipping(  # noqa: D417 (nobody gives it the model)
     directions: Annotated[Natural, Field(ge=2)] = DIRECTIONS,
     edge: Flag = True,
     edge_turns: Natural = EDGE_TURNS,
-    turns: Annotated[Natural, Field(ge=REPEATS)] = TURNS,
-    patience: Count = PATIENCE,
-    tolerance: Annotated[Positive, unit("tolerance", "1")] = TOLERANCE,
-    ensemble: Flag | None = None,
-    n_jobs: Natural | None = None,
-    **motion: Unpack[Settling],
+    **motion: Unpack[Recognising],
 ) -> xr.Dataset:
     """Find the smallest knocks that throw motions into others, and the states between them.
 
@@ -222,7 +214,7 @@ def tipping(  # noqa: D417 (nobody gives it the model)
     ----------
     mechanism : Mechanism or TestSystem
         What moves.
-    region, joint, starts, seed
+    region, starts, seed
         As in `attractors`, where the motions are sought.
     impulses : sequence of Impulse
         Impulses on points of links that are tried too. Each is a table of ``name``, ``on`` (a table of
@@ -243,8 +235,6 @@ def tipping(  # noqa: D417 (nobody gives it the model)
         Whether the edge states between the motions are sought.
     edge_turns : int
         Number of turns for which the boundary between two motions is followed.
-    turns, patience, tolerance, ensemble, n_jobs
-        As in `basins`.
     initial : optional
         As in `lyapunov`: the start that the region goes through.
 
@@ -254,14 +244,14 @@ def tipping(  # noqa: D417 (nobody gives it the model)
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     began = time.perf_counter()
-    initial, progress, limits = motion["initial"], motion["progress"], (motion["rtol"], motion["max_steps"])
-    ensemble = in_lanes(ensemble, mechanism, motion["rtol"], starts)
-    observation = Observation(motion["transient"], turns, patience, tolerance, *limits, ensemble)
-    warm([model], ensemble)
+    initial, progress, n_jobs = motion["initial"], motion["progress"], motion["n_jobs"]
+    together = in_lanes(motion["ensemble"], mechanism, motion["rtol"], starts)
+    observation = Observation.of(motion, together)
+    warm([model], together)
     if edge:
         warm_tangents(model)
     shared = {"mechanism": mechanism, "initial": initial, "observation": observation}
-    seeds = {"region": region, "joint": joint, "starts": starts, "seed": seed}
+    seeds = {"region": region, "joint": motion["joint"], "starts": starts, "seed": seed}
     cells = [shared | seeds | {"changes": {}}]
     (seeded,) = handed_out(passes.found, cells, part(progress, 0.0, 0.3), n_jobs)
     motions = list(seeded.get("motions", ()))

@@ -25,10 +25,9 @@ from jointplay.analysis import rules
 from jointplay.analysis.cells import handed_out, warm
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
-from jointplay.analysis.keywords import HANDED, JointName, Moving, Plane, Settling, analysis
+from jointplay.analysis.keywords import HANDED, Moving, Plane, Recognising, analysis
 from jointplay.analysis.labels import PLANE, Out, ended, xr
 from jointplay.analysis.orbits.section_map import SectionMap
-from jointplay.analysis.period import REPEATS
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.states import start_plane
@@ -48,13 +47,11 @@ from jointplay.analysis.sweeps import subdivision
 from jointplay.analysis.sweeps.subdivision import Point, refined, representatives
 from jointplay.display import codes
 from jointplay.display.number_text import plain, with_error
-from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
+from jointplay.solver.mechanism.base import Count, Flag
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.motion.eligibility import ROUTES
 from jointplay.solver.motion.ensemble_runs import ensemble_fits, in_lanes
 
-TURNS, PATIENCE = 64, 4
-TOLERANCE = 1e-3
 BLOCK = 64  # nodes a cell
 HALVINGS = 5  # distances of random pairs: a step of the grid, halved once to five times
 SEED = 4
@@ -160,16 +157,10 @@ def basins(  # noqa: D417 (nobody gives it the model)
     *,
     model: Model = HANDED,
     plane: Plane,
-    joint: JointName | None = None,
-    turns: Annotated[Natural, Field(ge=REPEATS)] = TURNS,
-    patience: Count = PATIENCE,
-    tolerance: Annotated[Positive, unit("tolerance", "1")] = TOLERANCE,
     uncertainty: Flag = True,
     pairs: Annotated[Count, Field(le=10**7)] = 0,
     refine: Annotated[Count, Field(le=20)] = 0,
-    ensemble: Flag | None = None,
-    n_jobs: Natural | None = None,
-    **motion: Unpack[Settling],
+    **motion: Unpack[Recognising],
 ) -> xr.Dataset:
     """Find which attractor each start of a plane reaches.
 
@@ -180,17 +171,6 @@ def basins(  # noqa: D417 (nobody gives it the model)
     plane : mapping
         Two coordinates of the start, each with its values: a rising list, or ``start``, ``stop`` and ``num``.
         Which there are stands in `sensitivity`.
-    joint : str, optional
-        Joint whose journal the plane is of; the only one with clearance if left out.
-    turns : int
-        Number of turns, or periods of the forcing, after the transient by which an attractor is recognised;
-        periods up to a quarter of them are found.
-    patience : int
-        How many times a motion in which no period is found is followed for another `turns`, before it counts
-        as having none.
-    tolerance : float
-        Distance within which section points of periodic motions are the same: as a fraction of the clearance
-        and of the nominal speed, or in a test system's own units. A period is found at a tenth of it.
     uncertainty : bool
         Whether to estimate the uncertainty exponent of the basins' boundary.
     pairs : int
@@ -200,11 +180,8 @@ def basins(  # noqa: D417 (nobody gives it the model)
         How many times the grid is halved where starts end differently: with 0 every node is followed; with n
         every 2^n-th node along each axis first, and nodes between them only where these end differently. A
         node that was not followed has the end of the nearest one that was.
-    initial, n_jobs
+    initial : optional
         As in `sensitivity`.
-    ensemble : bool, optional
-        Whether eight motions are followed at once; if left out, wherever that is possible (see
-        `bifurcation`).
 
     Raises
     ------
@@ -212,22 +189,21 @@ def basins(  # noqa: D417 (nobody gives it the model)
         Listing everything that makes no sense; numerical trouble is a status instead.
     """
     began, axes = time.perf_counter(), axis_values(plane)
-    together = in_lanes(ensemble, mechanism, motion["rtol"], math.prod(map(len, axes.values())))
-    settled = motion["transient"], turns, patience, tolerance
-    observation = Observation(*settled, motion["rtol"], motion["max_steps"], together)
-    starts, progress = Starts(mechanism, motion["initial"], tuple(axes), joint, model), motion["progress"]
+    together = in_lanes(motion["ensemble"], mechanism, motion["rtol"], math.prod(map(len, axes.values())))
+    observation, handing = Observation.of(motion, together), (motion["progress"], motion["n_jobs"])
+    starts = Starts(mechanism, motion["initial"], tuple(axes), motion["joint"], model)
     warm([model], together)
     nodes = grid(axes)
     extra, distances = random_pairs(axes, pairs if uncertainty else 0)
     values = np.concatenate([nodes, extra.reshape(-1, 2)])
     if refine:
-        answers, told = _adaptive(starts, axes, refine, extra, observation, progress, n_jobs)
+        answers, told = _adaptive(starts, axes, refine, extra, observation, *handing)
     else:
-        answers, told = _ended(starts, values, observation, progress, n_jobs), {}
+        answers, told = _ended(starts, values, observation, *handing), {}
     status, periods, ways, states = answers
     points = [features(starts.model, end) if len(end) else end for end in states]
     sorted_ends, on_saddle = without_saddles(
-        match(periods, points, tolerance), states, starts.model, observation
+        match(periods, points, observation.tolerance), states, starts.model, observation
     )
     attractors, on_saddle = _renumbered(sorted_ends, len(nodes)), on_saddle[: len(nodes)]
     labels, status = attractors.labels[: len(nodes)], status[: len(nodes)]

@@ -22,7 +22,7 @@ the order of the starts nor on the division of the work.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -70,6 +70,12 @@ class Observation:
     rtol: float
     max_steps: int | None = None
     ensemble: bool = False
+
+    @classmethod
+    def of(cls, motion: Mapping[str, Any], ensemble: bool) -> Observation:
+        """The settings among the keywords of an analysis (`keywords.Recognising`)."""
+        known = ("transient", "turns", "patience", "tolerance", "rtol", "max_steps")
+        return cls(*(motion[name] for name in known), ensemble)
 
 
 def ends(starts: Starts, nodes: np.ndarray, observation: Observation) -> dict[str, Any]:
