@@ -292,6 +292,12 @@ def needed(model: Model, names: Iterable[str]) -> bool:
     return not {*names}.isdisjoint(key.partition(":")[0] for key in abrupt)
 
 
+def in_order(*parts: np.ndarray) -> np.ndarray:
+    """Rows of records in order of time; of equal times as the parts come."""
+    rows = np.concatenate(parts)
+    return rows[np.argsort(rows[:, 0], kind="stable")]
+
+
 def quantities(model: Model, rtol: float, records: Records, rows: np.ndarray) -> Quantities:
     """Quantities of some rows of the records of a run with `Request.rates`, accelerations and all."""
     return together(model, rtol, records, rows)[0]

@@ -51,7 +51,7 @@ from jointplay.solver.mechanism.base import (
     unit,
 )
 from jointplay.solver.mechanism.loops import ideal
-from jointplay.solver.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.mechanism.records import ONCE_A_TURN, Mechanism, Section, TestSystem
 from jointplay.solver.mechanism.signature import Rule, Usual, checked, unpack
 from jointplay.solver.motion.progress import reported
 
@@ -353,6 +353,24 @@ class Lasting(Motion, total=False):
     transient: Annotated[Before, Usual(0)]
 
 
+class Cut(Motion, total=False):
+    """A motion of which section points are taken.
+
+    Parameters
+    ----------
+    section : Section
+        Where the motion is cut; once a turn at crank angle 0 if left out.
+    turns : int
+        Number of section points.
+    transient : float
+        Number of turns that are followed first and left out.
+    """
+
+    section: Annotated[Section, Usual(ONCE_A_TURN)]
+    turns: Annotated[Natural, Usual(2000)]
+    transient: Annotated[Before, Usual(0)]
+
+
 class Settling(Motion, total=False):
     """A motion that is left to settle.
 
@@ -365,7 +383,32 @@ class Settling(Motion, total=False):
     transient: Annotated[Count, Usual(100)]
 
 
-class Recognising(Settling, total=False):
+class Divided(Settling, total=False):
+    """Many motions that are left to settle, side by side.
+
+    Parameters
+    ----------
+    n_jobs : int, optional
+        Worker processes, 2 if left out. The result does not depend on it.
+    """
+
+    n_jobs: Annotated[Natural | None, Usual(None)]
+
+
+class Batched(Divided, total=False):
+    """Many motions that are left to settle, side by side and eight at once.
+
+    Parameters
+    ----------
+    ensemble : bool, optional
+        Whether eight motions are followed at once; if left out, wherever that is possible (see
+        `bifurcation`).
+    """
+
+    ensemble: Annotated[Flag | None, Usual(None)]
+
+
+class Recognising(Batched, total=False):
     """Motions from many starts that are left to settle, and recognised by their section points.
 
     Parameters
@@ -381,16 +424,9 @@ class Recognising(Settling, total=False):
     tolerance : float
         Distance within which section points of periodic motions are the same: as a fraction of the clearance
         and of the nominal speed, or in a test system's own units. A period is found at a tenth of it.
-    ensemble : bool, optional
-        Whether eight motions are followed at once; if left out, wherever that is possible (see
-        `bifurcation`).
-    n_jobs : int, optional
-        Number of worker processes.
     """
 
     joint: Annotated[JointName | None, Usual(None)]
     turns: Annotated[Natural, Field(ge=REPEATS), Usual(64)]
     patience: Annotated[Count, Usual(4)]
     tolerance: Annotated[Positive, unit("tolerance", "1"), Usual(1e-3)]
-    ensemble: Annotated[Flag | None, Usual(None)]
-    n_jobs: Annotated[Natural | None, Usual(None)]

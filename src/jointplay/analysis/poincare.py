@@ -19,12 +19,11 @@ from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.display.number_text import plain
 from jointplay.solver.mechanism.base import Flag
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+from jointplay.solver.mechanism.records import ONCE_A_TURN, CrankAngle, Mechanism, Section, TestSystem
 from jointplay.solver.motion.eligibility import FOLLOWED, ROUTES, batchable, batched
 from jointplay.solver.motion.ensemble_runs import ensemble_fits
 from jointplay.solver.motion.trajectory import Records, Request, follow
 
-ONCE_A_TURN = CrankAngle()
 TOLERANCE = 1e-4  # of a clearance, or of a coordinate's size: spread of section points that count as one
 ROUNDING = 1e-12
 

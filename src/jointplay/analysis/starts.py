@@ -21,7 +21,7 @@ import numpy as np
 from jointplay.analysis import rules
 from jointplay.analysis.evaluate import of_states
 from jointplay.display.errors import InputError, Problem, refuse
-from jointplay.solver.codegen import cache, outputs
+from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import ANGLE, FAR
 from jointplay.solver.mechanism.model import DEEP, Model
@@ -186,15 +186,16 @@ def _inside(model: Model) -> Model:
     module = cache.structure_module(model.structure)
     if not module.RESETS:
         return model
-    numbers = dict(zip(module.PARAMETERS, model.numbers, strict=True))
     if not model.links:
+        numbers = dict(zip(module.PARAMETERS, model.numbers, strict=True))
         return replace(model, state=inside(module, numbers, model.state))
-    given = numbers | {"t": 0.0} | dict(zip(module.STATE[1:], model.state, strict=True))
-    shares = outputs.evaluate(module, [f"eccentricity_ratio:{name}" for name in module.RESETS], given)
-    out = {name.partition(":")[2]: abs(share) for name, share in shares.items() if abs(share) > 1 + BEYOND}
+    states = model.state[None, :]
+    shares = of_states(model, [f"eccentricity_ratio:{name}" for name in module.RESETS], states)
+    sizes = {name.partition(":")[2]: float(abs(share[0])) for name, share in shares.items()}
+    out = {name: size for name, size in sizes.items() if size > 1 + BEYOND}
     if not out:
         return model
-    journals, states = Journals(model), model.state[None, :]
+    journals = Journals(model)
     nearer = 1 / np.repeat([out.get(name, 1.0) for name in model.joints], 2)
     (state,) = journals.put(states, nearer * journals.positions(states), journals.velocities(states))
     if np.isnan(state).any():

@@ -4,6 +4,7 @@ Display units: the one table from the units of a file (SI, UDUNITS spelling) to 
 """
 
 import math
+from collections.abc import Sequence
 from decimal import Decimal
 from typing import NamedTuple
 
@@ -105,6 +106,12 @@ def signed(value: float, error: float) -> str:
 def counted(count: int, noun: str) -> str:
     """A number of things: ``1 motion``, ``2 motions``."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def listed(names: Sequence[str], most: int, last: str = " and ") -> str:
+    """The first of some names, and how many more there are: ``a, b and 3 more``."""
+    more = f"{last}{len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
 
 
 class Shown(NamedTuple):

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from jointplay.display.errors import InputError, Problem
+from jointplay.display.number_text import listed
 from jointplay.study.file import validate
 from jointplay.study.models import Study
 from jointplay.study.results import provenance
@@ -29,7 +30,7 @@ def refuse_other(record: Study, path: Path) -> None:
     """Raise `InputError` where a run would write over the result of a study with other settings."""
     if os.path.lexists(path) and (others := [key for key in _differences(record, path) if key != "vary"]):
         expected = (
-            f"it is a result with other settings ({_listed(others)}): --fresh writes over it, "
+            f"it is a result with other settings ({listed(others, SHOWN)}): --fresh writes over it, "
             "--out DIR or --set name=OTHER keeps both"
         )
         raise InputError([Problem("result", str(path), expected)])
@@ -40,15 +41,10 @@ def result_state(record: Study, path: Path) -> str:
     if not os.path.exists(path):
         return ""
     if others := _differences(record, path):
-        return f"other {'version' if others == [UNREAD] else 'settings'} ({_listed(others)})"
+        return f"other {'version' if others == [UNREAD] else 'settings'} ({listed(others, SHOWN)})"
     stored = part(path, "status")
     ended = name_of(stored) if "status" in stored else "ok"
     return "done" if ended == "ok" else f"stopped early ({ended})"
-
-
-def _listed(keys: list[str]) -> str:
-    left = len(keys) - SHOWN
-    return ", ".join(keys[:SHOWN]) + (f" and {left} more" if left > 0 else "")
 
 
 def _differences(record: Study, path: Path) -> list[str]:

@@ -9,7 +9,6 @@ undecided  all else.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -17,7 +16,7 @@ import numpy as np
 
 from jointplay.analysis.contacts import ROW, TIME, closed, counts
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.exponents.growth import Turn, measure, standard_error
+from jointplay.analysis.exponents.growth import Turn, averaged, measure
 from jointplay.analysis.labels import Out
 from jointplay.analysis.period import period
 from jointplay.analysis.rules import quantity
@@ -92,8 +91,7 @@ def character(
         logs, _, status = measure(Turn(model, max_steps=max_steps), turn.state_at(records), growth_turns)
     last = records.sections[-1]
     contacts = counts(records.events, last[TIME], len(points), bool(closed(model, records, last[ROW:])[0]))
-    turns_a_period, error = period(points, tolerance), standard_error(logs)
-    growth = float(logs.mean()) if len(logs) else math.nan
+    turns_a_period, (growth, error) = period(points, tolerance), averaged(logs)
     result = {"points": points, "period": turns_a_period, "growth": growth, "growth_standard_error": error}
     return contacts | result | {"motion": motion(turns_a_period, growth, error), "status": status}
 

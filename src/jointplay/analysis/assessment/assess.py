@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Unpack
+from typing import Annotated, Any, Unpack
 
 import numpy as np
 from pydantic import Field
@@ -38,8 +38,8 @@ from jointplay.analysis.assessment.settled import CHANGES, LASTING, SLOW, Settle
 from jointplay.analysis.cells import first_bad, growing, handed_out, shown, warm
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import RUN
-from jointplay.analysis.keywords import HANDED, Moving, Names, Settling, Small, analysis
-from jointplay.analysis.labels import Out, ended
+from jointplay.analysis.keywords import HANDED, Divided, Moving, Names, Small, analysis
+from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import placed
 from jointplay.analysis.states.ends import padded
@@ -51,9 +51,6 @@ from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.progress import OutOfTime, limited, part, stands
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 TURNS, LYAPUNOV_TURNS, RTOL = 20, 200, 1e-7
 REACH, STEP, ACCURACY, LASTS = 2.0, 0.005, 1e-3, 0.01
@@ -236,8 +233,7 @@ def assess(  # noqa: D417 (nobody gives it the model)
     lyapunov_turns: Natural = LYAPUNOV_TURNS,
     budget: Annotated[Positive, unit("duration", "s")] = BUDGET,
     spreads: Spreads | None = None,
-    n_jobs: Natural | None = None,
-    **motion: Unpack[Settling],
+    **motion: Unpack[Divided],
 ) -> xr.Dataset:
     """Assess a linkage with clearance: how hard it is worked, what that hangs on, and what changes it.
 
@@ -268,8 +264,6 @@ def assess(  # noqa: D417 (nobody gives it the model)
         has the status ``not_run``; of a study, a later run goes on with it.
     spreads : dict of str to Spread, optional
         Those of `jointplay.tolerances`, to which the page then leads; they change nothing else.
-    n_jobs : int, optional
-        Worker processes, 2 if left out.
 
     Raises
     ------
@@ -285,7 +279,7 @@ def assess(  # noqa: D417 (nobody gives it the model)
     ready = time.perf_counter()
     keys = parameters_of(mechanism) if along is None else along
     possible = 3 + 3 * len(keys)
-    rounds = Rounds(budget, motion["progress"], n_jobs, possible)
+    rounds = Rounds(budget, motion["progress"], motion["n_jobs"], possible)
     first = {"start": initial, "turns": turns, "how": how}
     now, like = rounds.answers(assessed, [first | {"mechanism": each} for each in (mechanism, ideal)])
     shared = {"mechanism": mechanism, "how": how, "motion": now.get("motion")}

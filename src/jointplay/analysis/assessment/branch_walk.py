@@ -26,6 +26,7 @@ from functools import cached_property
 
 import numpy as np
 
+from jointplay.analysis.assessment.settled import log_distance
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.orbits import shooting
 from jointplay.analysis.orbits.branch_points import REAL
@@ -37,15 +38,14 @@ from jointplay.analysis.orbits.section_map import (
     same_events,
     section_map,
 )
-from jointplay.analysis.orbits.shooting import Orbit, at_phase, newton
+from jointplay.analysis.orbits.shooting import Orbit, at_phase, newton, sooner
 from jointplay.analysis.starts import placed
-from jointplay.solver.mechanism.records import CrankAngle, Mechanism
+from jointplay.solver.mechanism.records import ONCE_A_TURN, Mechanism
 from jointplay.solver.method.codes import Mode
 
-ONCE_A_TURN = CrankAngle()
 RTOL, SHARP = 1e-9, 1e-10  # of an orbit; of one that is nearly unstable
 TOLERANCE = 1e-8  # of an orbit's residual, in units of the states' scales
-SOONER = 1e-6  # likewise, of a residual after a part of an orbit's turns: it closes there
+SOONER = 1e-6  # likewise, of a residual after a part of an orbit's turns: it is of the branch of that period
 QUICK = (TOLERANCE, 8, TOLERANCE, 0.25)  # of Newton's method near an orbit: what takes more is none of it
 SAMPLES = 512  # of a turn, for the margin
 LONGEST, LONG, FINEST = 8, 2, 32  # short steps at once; and parts of one, where stability is about to end
@@ -109,16 +109,6 @@ class Place:
         return at_phase(self.orbit, 0.0)[0]
 
 
-def repeats_sooner(orbit: Orbit) -> bool:
-    """Whether an orbit closes after a part of its turns: it is of the branch of that period."""
-    turns = orbit.map.turns
-    for part in (n for n in range(1, turns // 2 + 1) if turns % n == 0):
-        image = replace(orbit.map, turns=part).image(orbit.state, False)
-        if not image.status and np.max(np.abs(orbit.map.differ(image.state, orbit.state))) < SOONER:
-            return True
-    return False
-
-
 def loses_contact(orbit: Orbit) -> bool:
     """Whether contact is lost at any joint in an orbit, or is never there."""
     events, model = orbit.image.events, orbit.map.model
@@ -173,7 +163,7 @@ class Branch:
         """The orbit near a state on the section of another one; None if there is none."""
         section = replace(self.map(value, SHARP if sharp else RTOL), phase=like.phase)
         orbit = newton(section, state, *QUICK, unseen)
-        return None if orbit.status or repeats_sooner(orbit) else self.place(value, orbit)
+        return None if orbit.status or sooner(orbit, SOONER) else self.place(value, orbit)
 
     def first(self, value: float, state: np.ndarray) -> Place | None:
         """The orbit near a state at crank angle 0, on a section of its own; None if there is none."""
@@ -225,13 +215,13 @@ class Walk:
 
     def distance(self, value: float) -> float:
         """Distance of a value from the first place's, in the logarithm."""
-        return abs(math.log(value / self.places[0].value))
+        return log_distance(value, self.places[0].value)
 
     def longest(self, place: Place, before: Place | None) -> float:
         """Longest step from a place on, by its margin, its stability, and how fast both change."""
         if before is None:
             return self.short
-        since = max(abs(math.log(place.value / before.value)), SHORTEST)
+        since = max(log_distance(place.value, before.value), SHORTEST)
         fall, rise = (before.margin - place.margin) / since, (place.radius - before.radius) / since
         long, longest = LONG * self.short, LONGEST * self.short
         if place.margin < NEAR:

@@ -41,6 +41,7 @@ from jointplay.analysis.assessment.settled import (
     Unsettled,
     followed,
     lasting,
+    log_distance,
     settled,
 )
 from jointplay.analysis.exponents.frame_growth import followed_together
@@ -173,13 +174,13 @@ class Carried:
 
     def _stretch(self, last: Spot, place: Spot, name: str, share: float) -> Stretch | None:
         way = 1 if abs(place[0]) > abs(last[0]) else -1
-        long, since = math.log1p(share), abs(math.log(place[0] / last[0]))
+        long, since = math.log1p(share), log_distance(place[0], last[0])
         back = self._end(place, name, way, share)
         begin = back and self._end(place, name, -way, min(share, math.expm1(since)))
         if not back or (not begin and since > long):
             return None
         start = begin[0] if begin else last[0]
-        if abs(math.log(back[0] / start)) > long:
+        if log_distance(back[0], start) > long:
             return None
         return Stretch(*sorted((start, back[0]), key=abs), place[1].period, back[1])
 
@@ -262,15 +263,19 @@ class Side:
         unknown = name != "doubling" and not (period or traits[name])
         return traits[name] == self.here.traits[name] and not unknown
 
+    def lasts(self, begin: float, end: float) -> bool:
+        """Whether a change has lasted from one value to another."""
+        return log_distance(end, begin) > math.log1p(self.lasting)
+
     def at(self, value: float, traits: dict[str, bool], period: int) -> None:
         """Note a value looked at, and which traits are as at present there for the first time again."""
         self.limit = value
-        done = abs(math.log(value / self.begin)) / math.log(self.reach)
+        done = log_distance(value, self.begin) / math.log(self.reach)
         stands(done, f"{self.name}: {value / self.begin:.2f} of present")
         self.looked.append((value, traits, period))
         for name in self.returned(traits, period):
             edge, how = self.found[name][0], self.found[name][-1]
-            if abs(math.log(value / edge)) > math.log1p(self.lasting):
+            if self.lasts(edge, value):
                 self.found[name] = (*self.found[name][:-2], value, how)
                 continue
             low, high = sorted((abs(edge), abs(value)))
@@ -335,7 +340,7 @@ def _along_orbits(side: Side, carried: Carried, search: Search, way: int) -> Non
         _carried_along(side, carried, search, way)
         return
     for _ in range(BRANCHES):
-        walk = Walk(branch, [place], way, limit - abs(math.log(place.value / begin)), search.step)
+        walk = Walk(branch, [place], way, limit - log_distance(place.value, begin), search.step)
         if (end := _along_branch(side, walk)) is None:
             return
         inner, outer, kind = end
@@ -347,7 +352,7 @@ def _along_orbits(side: Side, carried: Carried, search: Search, way: int) -> Non
         place = branch.first(first[0], first[1].end.state) if first[1].period == here.period else None
         if place is None or not place.stable:
             break
-    _beyond(side, carried, search, first, way, limit - abs(math.log(first[0] / begin)))
+    _beyond(side, carried, search, first, way, limit - log_distance(first[0], begin))
 
 
 def _held(side: Side, end: float, way: int) -> float:
@@ -355,8 +360,8 @@ def _held(side: Side, end: float, way: int) -> float:
 
     Where it is stable over less than that, the middle since the last window.
     """
-    far = abs(math.log(end / side.begin))
-    ends = (abs(math.log(each / side.begin)) for window in side.windows.values() for each in window[:2])
+    far = log_distance(end, side.begin)
+    ends = (log_distance(each, side.begin) for window in side.windows.values() for each in window[:2])
     since = max((each for each in ends if each <= far), default=0.0)
     return side.begin * math.exp(way * max(far - SHORTEST, (since + far) / 2))
 
@@ -367,7 +372,7 @@ def _behind(side: Side, carried: Carried, search: Search, end: BranchEnd, way: i
     values = [outer * (1 + search.accuracy) ** way]
     shares = search.lasting * np.arange(1, PROBES + 1) / PROBES
     values += [float(last[0] * (1 + share) ** way) for share in shares if share > search.accuracy]
-    values = [at for at in values if abs(math.log(at / side.begin)) <= math.log(search.reach)] or [outer]
+    values = [at for at in values if log_distance(at, side.begin) <= math.log(search.reach)] or [outer]
     soon = carried.soon(values, last[1])
     for spot in soon or carried.patient([values[0], values[-1]][: len(values)], last[1]):
         spot = carried.lasting(spot) if not soon and side.unsure(spot[1]) else spot
@@ -395,7 +400,7 @@ def _along_branch(side: Side, walk: Walk) -> tuple[Place, float, str] | None:
             if left is None:
                 inner, outer = walk.enclosed(lambda middle: not middle.stable)
                 left = inner, outer.value, kind_of(inner, outer)
-            if abs(math.log(place.value / left[1])) > math.log1p(side.lasting):
+            if side.lasts(left[1], place.value):
                 return left
             continue
         if left is None and place.lost != before.lost:
@@ -405,7 +410,7 @@ def _along_branch(side: Side, walk: Walk) -> tuple[Place, float, str] | None:
             side.at(outer.value, here.traits | {"contact_loss": outer.lost}, here.period)
         if left is not None:
             end = walk.enclosed(lambda middle: middle.stable)[1].value
-            if abs(math.log(end / left[1])) > math.log1p(side.lasting):
+            if side.lasts(left[1], end):
                 return left
             if side.changed(here.traits | {"contact_loss": place.lost}):
                 side.change("contact_loss", left[1], end, "bracketed")
@@ -492,41 +497,113 @@ def _halved(
 ) -> Stretch | None:
     """Halve the distance of two motions that differ in a trait, and note the change, or return its window.
 
-    Where chaos in between is too short to be seen from the first one, a window seems to begin farther back.
-    In between chaos is followed for less long, if that of the two found in the end is lasting. Before where
-    it begins there may be a window in it, of which one narrower than the accuracy is passed over. The outer
-    end is reached from the inner one again: a longer step may have gone over to a motion that coexists.
+    Chaos in between is followed for less long, if that of the two found in the end is lasting.
     """
     for waits in (LASTING[:1], LASTING):
         inner, outer = carried.lasting(last, waits), carried.lasting(first, waits)
         if inner[1].traits[name] == outer[1].traits[name]:
             return None
-        before, beyond = inner, [outer]
-        while beyond:
-            outer = beyond.pop()
-            while abs(outer[0] - inner[0]) > search.accuracy * abs(outer[0]):
-                value = (outer[0] + inner[0]) / 2
-                middle = carried.lasting((value, carried.at(value, inner[1])), waits)
-                same = middle[1].traits[name] == inner[1].traits[name]
-                window = None if same else _window(carried, name, inner, middle, side.here, search)
-                if same:
-                    before, inner = inner, middle
-                elif window and abs(window.low) <= abs(outer[0]) <= abs(window.high):
-                    return window
-                elif window and abs(window.back[0] - value) < abs(outer[0] - value):  # before the edge
-                    inner = window.back
-                else:
-                    beyond, outer = [*beyond, outer], middle
-            near = carried.lasting((outer[0], carried.at(outer[0], inner[1])), waits) if beyond else outer
-            if near[1].traits[name] != inner[1].traits[name]:
-                outer = near
-                break
-            before, inner = inner, near
-        if all(carried.lasting(each)[1].traits[name] == each[1].traits[name] for each in (inner, outer)):
+        halving = Halving(side.here, carried, search, name, waits, inner, inner, outer)
+        if window := halving.window():
+            return window
+        if halving.lasting:
             break
-    begins = name == "chaos" and outer[1].traits[name] and before is not inner
-    if begins and (begun := carried.begun(before, inner, search.accuracy)):
-        return _halved(side, carried, name, before, begun, search)
+    if begun := halving.begun():
+        return _halved(side, carried, name, halving.before, begun, search)
+    inner, outer = halving.inner, halving.outer
     irregular = name == "contact_loss" and not outer[1].period
     side.change(name, inner[0], outer[0], "irregular" if irregular else "bracketed")
     return None
+
+
+@dataclass
+class Halving:
+    """Halving of the distance of two places whose motions differ in a trait.
+
+    Parameters
+    ----------
+    here : Settled
+        The present motion.
+    carried : Carried
+        The motion along the parameter.
+    search : Search
+        Its `accuracy` is where halving ends.
+    name : str
+        The trait.
+    waits : tuple of int
+        How long chaos is followed.
+    before, inner, outer : tuple of (float, Settled)
+        The last two places found with one answer, and the first with the other one.
+    """
+
+    here: Settled
+    carried: Carried
+    search: Search
+    name: str
+    waits: tuple[int, ...]
+    before: Spot
+    inner: Spot
+    outer: Spot
+
+    def window(self) -> Stretch | None:
+        """Enclose the change; or give the window around the outer end, where it is one.
+
+        The outer end is reached from the inner one again: a longer step may have gone over to a motion that
+        coexists. Then the change lies farther out.
+        """
+        beyond = [self.outer]
+        while beyond:
+            self.outer = beyond.pop()
+            if window := self._narrowed(beyond):
+                return window
+            near = self._motion(self.outer[0]) if beyond else self.outer
+            if not self._alike(near):
+                self.outer = near
+                break
+            self.before, self.inner = self.inner, near
+        return None
+
+    def _narrowed(self, beyond: list[Spot]) -> Stretch | None:
+        """Halve to the accuracy, with outer ends put `beyond`; or give the window around the outer one.
+
+        A window in what lies before the edge is passed over.
+        """
+        while abs(self.outer[0] - self.inner[0]) > self.search.accuracy * abs(self.outer[0]):
+            value = (self.outer[0] + self.inner[0]) / 2
+            middle = self._motion(value)
+            if self._alike(middle):
+                self.before, self.inner = self.inner, middle
+                continue
+            window = _window(self.carried, self.name, self.inner, middle, self.here, self.search)
+            if window and abs(window.low) <= abs(self.outer[0]) <= abs(window.high):
+                return window
+            if window and abs(window.back[0] - value) < abs(self.outer[0] - value):
+                self.inner = window.back
+            else:
+                beyond.append(self.outer)
+                self.outer = middle
+        return None
+
+    def _motion(self, value: float) -> Spot:
+        """The motion at a value, from that of the inner place."""
+        return self.carried.lasting((value, self.carried.at(value, self.inner[1])), self.waits)
+
+    def _alike(self, place: Spot) -> bool:
+        """Whether a place has the answer of the inner one."""
+        return place[1].traits[self.name] == self.inner[1].traits[self.name]
+
+    @property
+    def lasting(self) -> bool:
+        """Whether both answers stay as they are where chaos is followed to its end."""
+        ends = self.inner, self.outer
+        return all(
+            self.carried.lasting(each)[1].traits[self.name] == each[1].traits[self.name] for each in ends
+        )
+
+    def begun(self) -> Spot | None:
+        """A place of lasting chaos before the inner one: chaos begins there, and has a window in it.
+
+        Where chaos in between is too short to be seen from the first place, it seems to begin farther out.
+        """
+        begins = self.name == "chaos" and self.outer[1].traits[self.name] and self.before is not self.inner
+        return self.carried.begun(self.before, self.inner, self.search.accuracy) if begins else None

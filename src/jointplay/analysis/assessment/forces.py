@@ -117,8 +117,7 @@ def _history(
     model: Model, rtol: float, records: Records, parts: list[np.ndarray], wanted: Sequence[str]
 ) -> History:
     """Quantities at rows in order of time; at an event the integrator's points are its two sides."""
-    rows = np.concatenate(parts)
-    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    rows = evaluate.in_order(*parts)
     here = {"joint": model.joints, "pin": model.pins}
     names = [name for name in wanted if here.get(WORDS[name].of, model.joints)]
     found = evaluate.quantities(model, rtol, records, rows).variables(names, "time")

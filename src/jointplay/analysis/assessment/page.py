@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.analysis.assessment.edges import SIDES
-from jointplay.analysis.assessment.settled import SLOW
+from jointplay.analysis.assessment.settled import SLOW, log_distance
 from jointplay.display import codes
 from jointplay.display.accepted import article
 from jointplay.display.number_text import counted, measure, plain, shown, signed, with_error
@@ -191,7 +191,7 @@ def _limit(dataset: Dataset, key: str, side: str) -> tuple[float, str] | None:
     if (_of(after["grade_change_grade"]) == "quiet") != (_grade(dataset) == "quiet"):
         known.append((float(after["grade_change_ratio"]), _known_by(after)))
     known = [each for each in known if math.isfinite(each[0])]
-    return min(known, key=lambda each: abs(math.log(each[0])), default=None)
+    return min(known, key=lambda each: log_distance(each[0]), default=None)
 
 
 def _at(dataset: Dataset, key: str, ratio: float, by: str) -> str:
@@ -516,7 +516,7 @@ def _looked(dataset: Dataset, key: str) -> str:
 
 def _apart(here: Dataset) -> float:
     """Mean distance of the values followed on one side, in the logarithm."""
-    return abs(math.log(float(here["limit_ratio"]))) / max(int(here["values_looked_at"]), 1)
+    return log_distance(float(here["limit_ratio"])) / max(int(here["values_looked_at"]), 1)
 
 
 def _shares(dataset: Dataset, key: str, side: str) -> Iterator[str]:
@@ -525,7 +525,7 @@ def _shares(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     ratio = float(one["edge_ratio"].sel(change="doubling"))
     if not math.isfinite(ratio):
         return
-    beyond = np.abs(np.log(one["looked_ratio"].values)) >= abs(math.log(ratio))
+    beyond = np.abs(np.log(one["looked_ratio"].values)) >= log_distance(ratio)
     total, period = int(beyond.sum()), one["looked_period"].values[beyond]
     chaotic = int((codes.words(one["looked_chaos"]).values[beyond] == "yes").sum())
     if total:
@@ -578,7 +578,7 @@ def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:
 def _missed(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     """A line on a motion of a curve that loses or keeps contact where the one followed does not."""
     limit, one = _limit(dataset, key, side), dataset.sel(parameter=key, side=side)
-    if limit and limit[1] != "edge" and abs(math.log(limit[0])) < abs(math.log(float(one["limit_ratio"]))):
+    if limit and limit[1] != "edge" and log_distance(limit[0]) < log_distance(float(one["limit_ratio"])):
         what, at = _words(dataset, "contact_loss"), _at(dataset, key, *limit)
         yield f"{what} at {at} in a motion begun anew: in a narrow range, or beside the one followed"
 

@@ -25,6 +25,7 @@ Validity: as of `bifurcation`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -39,13 +40,12 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import End, placed, state_names
 from jointplay.analysis.sweeps.attractor import Plan, settle
 from jointplay.jobs.job import key_of
-from jointplay.solver.mechanism.records import CrankAngle, Mechanism
+from jointplay.solver.mechanism.records import ONCE_A_TURN, Mechanism
 
 PATIENCE = (4, 8, 32)  # transients more, one after another, of a motion without the usual period
 LASTING = (4, 16, 36)  # transients more, one after another, in which chaos must not die out
 SURE = 4  # times the turns of an exponent
 CHANGES = ("contact_loss", "doubling", "chaos")
-ONCE_A_TURN = CrankAngle()
 SOUGHT = (20, 20, 40, 40)  # turns after which, one after another, an orbit is sought
 MEAN = 20  # last section points from whose mean
 APPROACH, STRETCHES = 10, 4  # turns in which the motion has to come nearer, each of so many times
@@ -53,6 +53,11 @@ SHARP = 1e-10  # tolerance of steps: multipliers near 1 need it
 NEWTON = {"iterations": 12, "shortest": 0.25}  # what takes more is no orbit nearby
 SLOW = 0.9  # largest multiplier above which a motion settles slowly
 CLOSE = 1e-7  # of a distance, in units of the states' scales: it is reached
+
+
+def log_distance(one: float, other: float = 1.0) -> float:
+    """Distance of two values of a parameter, or of their ratio from 1, in the logarithm."""
+    return abs(math.log(one / other))
 
 
 class Unsettled(ArithmeticError):

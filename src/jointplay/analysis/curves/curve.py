@@ -52,7 +52,7 @@ from jointplay.analysis.orbits.branch_points import KINDS as SPECIAL
 from jointplay.analysis.orbits.continuation import STEP, Explorer
 from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_dataset import Range, Tolerance, branch_fits, section_fits, started
-from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL
+from jointplay.analysis.orbits.periodic_orbit import RTOL
 from jointplay.analysis.orbits.section_map import FAILED, SectionMap, changed_event, section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit, Search, at_phase, lost, search
 from jointplay.analysis.quantities import EVENTS
@@ -61,10 +61,10 @@ from jointplay.analysis.starts import placed
 from jointplay.analysis.vary import Axis, axes
 from jointplay.display import codes
 from jointplay.display.errors import Problem, refuse
-from jointplay.display.number_text import measure
+from jointplay.display.number_text import listed, measure
 from jointplay.solver.mechanism.base import Count, Natural, Number, accepts, unit
 from jointplay.solver.mechanism.parameters import Parameter
-from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.solver.mechanism.records import ONCE_A_TURN, Mechanism, Section, TestSystem
 from jointplay.solver.motion.trajectory import INTERRUPTED
 
 OTHER_SIDE = 1e-2  # of the branch: how far from a grazing an orbit on its other side may be
@@ -257,15 +257,13 @@ def _meetings(result: xr.Dataset) -> list[str]:
         return []
     names, parts = str(result.attrs["parameters"]).split(), []
     kinds = [kind.replace("_", " ") for kind in codes.words(result["meeting_kind"]).values]
-    for i, kind in enumerate(kinds[:LISTED]):
+    for i, kind in enumerate(kinds):
         place = [
             measure(float(result[f"meeting_{name}"][i]), str(result[name].attrs.get("units", "1")), 6)
             for name in names
         ]
         parts.append(f"{kind} at ({', '.join(place)})")
-    if len(kinds) > LISTED:
-        parts.append(f"{len(kinds) - LISTED} more")
-    return ["meets " + ", ".join(parts)]
+    return [f"meets {listed(parts, LISTED, ', ')}"]
 
 
 OUTPUTS = Outputs(

@@ -163,12 +163,6 @@ def largest_exponent(result: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray, st
     return value, error, name, per
 
 
-def beside(dataset: xr.Dataset) -> dict[str, Any]:
-    """What decides on the section map's largest exponent beside its error, where it was recorded."""
-    found = {"correlation": dataset.get("section_batch_correlation"), "turns": dataset.get("exponent_turns")}
-    return {n: a.isel(multiplier=0, missing_dims="ignore") for n, a in found.items() if a is not None}
-
-
 def parting(turns: Any) -> Any:
     """Growth per turn of neighbours that part as the number of turns; 0 where that is not known."""
     return np.where(turns > 1, np.log(np.maximum(turns, 1)) / np.maximum(turns, 1), 0.0)
@@ -194,3 +188,15 @@ def decided(
     positive = value > sure_growth(error, correlation, turns)
     negative = value < -ERRORS * widened(error, correlation)
     return codes.chosen(positive, above, codes.chosen(negative | np.isneginf(value), below, UNDECIDED))
+
+
+def evidence(dataset: xr.Dataset) -> dict[str, Any]:
+    """What the largest exponent is judged by beside its error (`decided`), as far as it was recorded."""
+    found = {"correlation": dataset.get("section_batch_correlation"), "turns": dataset.get("exponent_turns")}
+    return {n: a.isel(multiplier=0, missing_dims="ignore") for n, a in found.items() if a is not None}
+
+
+def judged(dataset: xr.Dataset) -> xr.DataArray:
+    """The word that the sign of the largest exponent deserves."""
+    value, error, *_ = largest_exponent(dataset)
+    return decided(value, error, **evidence(dataset))

@@ -219,10 +219,15 @@ def standard_error(values: np.ndarray, batches: int = BATCHES) -> float:
     return float(means.std(ddof=1) / math.sqrt(batches))
 
 
+def averaged(logs: np.ndarray) -> tuple[float, float]:
+    """Mean growth a turn, and its standard error; NaN where there is none."""
+    return float(logs.mean()) if len(logs) else math.nan, standard_error(logs)
+
+
 def _values(logs: np.ndarray, duration: float, status: int) -> dict[str, Any]:
-    mean = float(logs.mean()) if len(logs) else math.nan
+    mean, error = averaged(logs)
     rate = mean * len(logs) / duration if duration else math.nan
-    found = {"turn": np.arange(len(logs)), "growth": mean, "growth_standard_error": standard_error(logs)}
+    found = {"turn": np.arange(len(logs)), "growth": mean, "growth_standard_error": error}
     return found | {"growth_rate": rate, "growth_of_turn": logs, "status": status}
 
 
@@ -236,8 +241,7 @@ def twin(
     """Follow a motion and a neighbour for some turns after a transient: growth a turn, error, status."""
     turn = Turn(model, max_steps=max_steps)
     logs, _, status = measure_after(turn, transient, turns, progress=progress)
-    mean = float(logs.mean()) if len(logs) else math.nan
-    return {"growth": mean, "error": standard_error(logs), "status": status}
+    return dict(zip(("growth", "error"), averaged(logs), strict=True)) | {"status": status}
 
 
 def check_values(value: float, error: float, growth: dict[str, Any]) -> dict[str, Any]:

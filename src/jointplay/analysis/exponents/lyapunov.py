@@ -20,7 +20,7 @@ from jointplay.analysis import rules
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OF_A_MODEL, run_values
 from jointplay.analysis.exponents import batch_means, frame_growth, growth
-from jointplay.analysis.exponents.batch_means import ERRORS, UNDECIDED, beside, decided, parting
+from jointplay.analysis.exponents.batch_means import ERRORS, UNDECIDED, evidence, judged, parting
 from jointplay.analysis.exponents.frame_growth import (
     USABLE,
     Stretch,
@@ -89,8 +89,8 @@ def _ensemble_fits(
 
 def verdict(result: xr.Dataset) -> xr.DataArray:
     """The word ``chaotic``, ``stable`` or ``undecided`` of each run."""
-    value, error, name, _ = batch_means.largest_exponent(result)
-    words = decided(value, error, **beside(result))
+    *_, name, _ = batch_means.largest_exponent(result)
+    words = judged(result)
     return codes.chosen(words == "stable", "comes to rest", words) if "flow" in name else words
 
 
@@ -123,7 +123,7 @@ def _at_rest(result: xr.Dataset) -> str:
 
 
 def _why(result: xr.Dataset, value: float, error: float) -> str:
-    if ERRORS * error < value <= parting(beside(result).get("turns", 0.0)):
+    if ERRORS * error < value <= parting(evidence(result).get("turns", 0.0)):
         return "neighbours of a motion that is not chaotic may part as fast in so few turns: take more turns"
     if math.isfinite(error) and abs(value) > ERRORS * error:
         return (

@@ -41,9 +41,9 @@ import numpy as np
 
 from jointplay.analysis import rules
 from jointplay.analysis.declared import Outputs
-from jointplay.analysis.evaluate import OUTCOME, Quantities
+from jointplay.analysis.evaluate import OUTCOME, Quantities, in_order
 from jointplay.analysis.gradients import gradient_dataset, selection
-from jointplay.analysis.gradients.gradient_dataset import VERDICTS, WHY
+from jointplay.analysis.gradients.gradient_dataset import IN_PARAMETER, IN_QUANTITY, VERDICTS, WHY
 from jointplay.analysis.gradients.selection import Quantity
 from jointplay.analysis.keywords import Moving, Names, Settling, analysis
 from jointplay.analysis.labels import Out, ended, xr
@@ -130,9 +130,6 @@ def _quantity(one: xr.Dataset) -> str:
     return value + (f": relative sensitivity {', '.join(parts)}" if parts else " depends on none of them")
 
 
-UNITS = "in the units of quantity_units"
-
-
 STATE = "in rad, m and their rates, or a system's own units"
 
 
@@ -143,16 +140,16 @@ OUTPUTS = Outputs(
     "gradient",
     gradient_dataset.LABELS | {"state": Out("state", "state", "")},
     {
-        "value": Out("quantity", f"value, {UNITS}"),
-        "derivative": Out(BOTH, f"derivative, {UNITS} over parameter_units"),
-        "error": Out(BOTH, f"error of the derivative, {UNITS} over parameter_units"),
+        "value": Out("quantity", f"value, {IN_QUANTITY}"),
+        "derivative": Out(BOTH, f"derivative, {IN_QUANTITY} over parameter_units"),
+        "error": Out(BOTH, f"error of the derivative, {IN_QUANTITY} over parameter_units"),
         "relative_sensitivity": Out(
             BOTH,
             "relative change over that of the parameter",
             about="(p/q) dq/dp",
             at={"quantity": "largest", "parameter": "largest"},
         ),
-        "parameter_value": Out("parameter", "value, in the units of parameter_units"),
+        "parameter_value": Out("parameter", f"value, {IN_PARAMETER}"),
         "derivative_status": Out((), "whether there is a derivative", flags=VERDICTS),
         "grazing": Out((), "slowest event: of a guard relative to its terms, of a gap to the fastest"),
         "nearest_events": Out((), "shortest time between events of two contacts, over the period"),
@@ -549,8 +546,7 @@ def peak(model: Model, key: str, sign: float, end: float, turns: float, rtol: fl
     times = np.linspace(0.0, end, max(int(turns * SAMPLES), CLOSER))
     for _ in range(ROUNDS):
         records = _followed(model, end, rtol, times, limit)
-        rows = np.concatenate([records.steps[:, 2:], records.samples])
-        rows = rows[np.argsort(rows[:, 0], kind="stable")]
+        rows = in_order(records.steps[:, 2:], records.samples)
         found = sign * values(model, rows, key)
         top = int(np.nanargmax(found))
         at = float(rows[top, 0])

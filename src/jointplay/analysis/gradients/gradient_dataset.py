@@ -48,6 +48,7 @@ def verdict(
     return next(close, VERDICTS.index(usual))
 
 
+IN_QUANTITY, IN_PARAMETER = "in the units of quantity_units", "in the units of parameter_units"
 LABELS = {
     "quantity": Out("quantity", "quantity", ""),
     "quantity_name": Out("quantity", "the quantity", ""),

@@ -48,7 +48,7 @@ from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.gradients import gradient_dataset, selection
 from jointplay.analysis.gradients.gradient import gradient, start_section
-from jointplay.analysis.gradients.gradient_dataset import VERDICTS
+from jointplay.analysis.gradients.gradient_dataset import IN_PARAMETER, IN_QUANTITY, VERDICTS
 from jointplay.analysis.gradients.selection import MULTIPLIERS
 from jointplay.analysis.keywords import Moving, Quantity, Settling, Small, analysis
 from jointplay.analysis.labels import Out, ended, xr
@@ -156,9 +156,6 @@ def _missed(result: xr.Dataset) -> list[str]:
     names = result["parameter"].values
     bound = [f"{names[i]} at its {word} value" for there, word in ends for i in np.flatnonzero(there)]
     return ["; ".join(told), ", ".join(bound)][: 1 + bool(bound)]
-
-
-IN_QUANTITY, IN_PARAMETER = "in the units of quantity_units", "in the units of parameter_units"
 
 
 OUTPUTS = Outputs(

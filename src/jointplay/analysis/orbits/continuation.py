@@ -37,17 +37,17 @@ from jointplay.analysis.orbits.branch_dataset import (
 from jointplay.analysis.orbits.branch_points import KINDS, Special, departures
 from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_dataset import ORBIT, Range, Tolerance, branch_fits, started
-from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL
+from jointplay.analysis.orbits.periodic_orbit import RTOL
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit, Search, search
 from jointplay.analysis.quantities import recorded
 from jointplay.analysis.starts import placed
 from jointplay.analysis.vary import axes
 from jointplay.display import codes
-from jointplay.display.number_text import measure, plain
+from jointplay.display.number_text import listed, measure, plain
 from jointplay.solver.mechanism.base import Flag, Natural, Number, unit
 from jointplay.solver.mechanism.parameters import Parameter
-from jointplay.solver.mechanism.records import Mechanism, Section
+from jointplay.solver.mechanism.records import ONCE_A_TURN, Mechanism, Section
 from jointplay.solver.motion.progress import Aborted, Stopped
 from jointplay.solver.motion.trajectory import INTERRUPTED
 
@@ -89,9 +89,7 @@ def _special(result: xr.Dataset) -> str:
     kinds, places = codes.words(result["special_kind"]).values, result["special_parameter"].values
     bifurcations = np.flatnonzero(kinds != "grazing")
     named = [f"{kinds[i].replace('_', ' ')} at {measure(float(places[i]), units, 6)}" for i in bifurcations]
-    parts = named[:LISTED]
-    if len(named) > LISTED:
-        parts.append(f"{len(named) - LISTED} more")
+    parts = [listed(named, LISTED, ", ")] * bool(named)
     if grazings := len(kinds) - len(named):
         parts.append(f"{grazings} grazings (an event appears or vanishes)")
     return ", ".join(parts)

@@ -30,10 +30,9 @@ from jointplay.display import codes
 from jointplay.display.number_text import measure, plain
 from jointplay.solver.mechanism.base import Natural
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+from jointplay.solver.mechanism.records import ONCE_A_TURN, Mechanism, Section, TestSystem
 from jointplay.solver.motion.progress import part
 
-ONCE_A_TURN = CrankAngle()
 RTOL = 1e-11
 SETTLED = 0.5  # progress at the end of the transient
 

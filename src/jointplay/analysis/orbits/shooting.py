@@ -272,14 +272,20 @@ def shift_from_events(section: SectionMap, events: np.ndarray) -> float:
 
 def shortest(orbit: Orbit, settings: Search) -> Orbit:
     """The same orbit over the least number of turns in which it closes."""
-    turns, limit = orbit.map.turns, SAME * max(orbit.residual, settings.tolerance * 1e-2)
-    for fewer in range(1, turns):
-        if turns % fewer == 0:
-            image = orbit.map.image(orbit.state, False, fewer)
-            if not image.status and np.max(np.abs(orbit.map.differ(image.state, orbit.state))) < limit:
-                section = replace(orbit.map, turns=fewer)
-                return newton(section, orbit.state, settings.tolerance, settings.iterations)
-    return orbit
+    fewer = sooner(orbit, SAME * max(orbit.residual, settings.tolerance * 1e-2))
+    if not fewer:
+        return orbit
+    return newton(replace(orbit.map, turns=fewer), orbit.state, settings.tolerance, settings.iterations)
+
+
+def sooner(orbit: Orbit, limit: float) -> int:
+    """Least number of turns, a part of its own, after which an orbit closes to a limit; 0 if none."""
+    turns = orbit.map.turns
+    for fewer in (n for n in range(1, turns // 2 + 1) if turns % n == 0):
+        image = orbit.map.image(orbit.state, False, fewer)
+        if not image.status and np.max(np.abs(orbit.map.differ(image.state, orbit.state))) < limit:
+            return fewer
+    return 0
 
 
 def at_phase(orbit: Orbit, phase: float) -> tuple[np.ndarray, float]:

@@ -24,19 +24,19 @@ import numpy as np
 
 from jointplay.analysis.declared import Outputs, values_of
 from jointplay.analysis.evaluate import RUN
-from jointplay.analysis.keywords import Before, Motion, Moving, Quantity, Share, analysis
+from jointplay.analysis.keywords import Cut, Moving, Quantity, Share, analysis
 from jointplay.analysis.labels import Out, xr
-from jointplay.analysis.poincare import ONCE_A_TURN, poincare
+from jointplay.analysis.poincare import poincare
 from jointplay.analysis.rules import section_fits
 from jointplay.analysis.signals.observable import MOVED, chosen, named, series, too_few
 from jointplay.analysis.simulate import simulate
 from jointplay.display import codes
 from jointplay.display.number_text import MINUS
 from jointplay.solver.mechanism.base import Count, Natural
-from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.progress import part, ticked
 
-USUAL, TURNS, FREQUENCIES, TOLERANCE = "journal_x", 2000, 100, 1e-4
+USUAL, FREQUENCIES, TOLERANCE = "journal_x", 100, 1e-4
 RTOL = 1e-10  # noise of a periodic motion then stays below the tolerance, also of small quantities
 LEAST = 100  # samples that can be judged
 QUARTILES = (0.25, 0.5, 0.75)
@@ -105,14 +105,11 @@ def chaos_test(
     mechanism: Moving,
     *,
     quantity: Quantity | None = None,
-    section: Section = ONCE_A_TURN,
-    turns: Natural = TURNS,
-    transient: Before = 0,
     every: Natural = 1,
     frequencies: Natural = FREQUENCIES,
     seed: Count = 0,
     tolerance: Share = TOLERANCE,
-    **motion: Unpack[Motion],
+    **motion: Unpack[Cut],
 ) -> xr.Dataset:
     """Test a motion for chaos by the 0-1 test on its section samples.
 
@@ -123,12 +120,6 @@ def chaos_test(
     quantity : str, optional
         Quantity that is sampled, such as ``normal_force`` or ``angle:rocker``; it has to be bounded. By
         default ``journal_x`` of the first joint with clearance; of a test system, the first state.
-    section : Section
-        Where the quantity is sampled; once a turn at crank angle 0 if left out.
-    turns : int
-        Number of section points that are sampled.
-    transient : float
-        Number of turns that are followed first and left out.
     every : int
         Only one in so many section points is kept. Where points hop between bands that are chaotic inside,
         the hopping hides the chaos unless only one band is looked at.
@@ -146,12 +137,8 @@ def chaos_test(
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     word, label = chosen(mechanism, quantity, USUAL)
-    run = motion | {
-        "record": [word],
-        "transient": transient,
-        "progress": part(motion["progress"], 0.0, MOVED),
-    }
-    points = poincare(mechanism, section, turns=turns, **run)
+    run = motion | {"record": [word], "progress": part(motion["progress"], 0.0, MOVED)}
+    points = poincare(mechanism, **run)
     samples = series(points, word, label).isel(turn=slice(None, None, every))
     c = drawn_frequencies(frequencies, seed)
     values = {"turn": samples["turn"].values, "sample": samples.values, "n_least": np.int64(LEAST)}
@@ -159,7 +146,7 @@ def chaos_test(
     if int(points.status) or samples.size < LEAST or not np.all(np.isfinite(samples)):
         values |= OUTPUTS.none(*JUDGED, test_frequency=len(c), quartile=len(QUARTILES))
     else:
-        turn = simulate(mechanism, turns=1, **run | {"progress": None})
+        turn = simulate(mechanism, **run | {"turns": 1, "section": None, "progress": None})
         scale = float(np.max(np.abs(series(turn, word, label).values), initial=0.0))
         values |= _judged(samples.values, scale, c, tolerance)
     values |= _walk(samples.values, values, c) | values_of(points, RUN)

@@ -26,15 +26,15 @@ from pydantic import AfterValidator
 
 from jointplay.analysis.declared import Outputs, values_of
 from jointplay.analysis.evaluate import RUN
-from jointplay.analysis.keywords import Before, Motion, Moving, Quantities, Share, analysis
+from jointplay.analysis.keywords import Cut, Moving, Quantities, Share, analysis
 from jointplay.analysis.labels import Out, xr
-from jointplay.analysis.poincare import ONCE_A_TURN, poincare
+from jointplay.analysis.poincare import poincare
 from jointplay.analysis.rules import section_fits
 from jointplay.analysis.signals.observable import MOVED, observable, series
 from jointplay.display.errors import refuse
 from jointplay.display.number_text import with_error
 from jointplay.solver.mechanism.base import Natural, accepts
-from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.motion.progress import part, ticked
 
 FLOOR, PER_DECADE = 1e-3, 32  # radii: from this share of the set's size on, so many a decade
@@ -121,8 +121,8 @@ def _slope(at: np.ndarray, sums: np.ndarray) -> float:
     return float(np.polyfit(np.log(at[there]), np.log(sums[there]), 1)[0])
 
 
-TURNS, WINDOW, TOLERANCE = 5000, 10, 1e-4
-RTOL = 1e-10  # noise of a periodic motion then stays below the tolerance
+WINDOW, TOLERANCE = 10, 1e-4
+USUAL = {"rtol": 1e-10, "turns": 5000}  # noise of a periodic motion then stays below the tolerance
 SHARES = (1e-4, 3e-2)
 LEAST = 100  # points that can be judged
 _SHARES = "a pair of rising shares of the pairs, between 0 and 1,"
@@ -183,18 +183,15 @@ def _rising(shares: tuple[float, float]) -> tuple[float, float]:
     return shares
 
 
-@analysis(_quantities_fit, deferred=[section_fits, "model"], usual={"rtol": RTOL}, outputs=OUTPUTS)
+@analysis(_quantities_fit, deferred=[section_fits, "model"], usual=USUAL, outputs=OUTPUTS)
 def dimension(
     mechanism: Moving,
     *,
     quantities: Quantities | None = None,
-    section: Section = ONCE_A_TURN,
-    turns: Natural = TURNS,
-    transient: Before = 0,
     window: Natural = WINDOW,
     shares: Annotated[tuple[Share, Share], AfterValidator(_rising), accepts(_SHARES)] = SHARES,
     tolerance: Share = TOLERANCE,
-    **motion: Unpack[Motion],
+    **motion: Unpack[Cut],
 ) -> xr.Dataset:
     """Give the correlation dimension of a motion's section points.
 
@@ -206,12 +203,6 @@ def dimension(
         Coordinates of the points, such as ``journal_x`` or ``angular_velocity:rocker``; of a test system,
         states. Each is measured in units of its standard deviation. By default the journals' places and the
         links' angular velocities (and deflections, where links bend), or all states.
-    section : Section
-        Where the motion is cut; once a turn at crank angle 0 if left out.
-    turns : int
-        Number of section points.
-    transient : float
-        Number of turns that are followed first and left out.
     window : int
         Theiler window: pairs of points fewer than so many apart in time are left out.
     shares : pair of float
@@ -228,7 +219,7 @@ def dimension(
     chosen = _named(mechanism, quantities)
     run = motion | {"progress": part(motion["progress"], 0.0, MOVED)}
     record = list(dict.fromkeys(word for word, _ in chosen))
-    cut = poincare(mechanism, section, turns=turns, transient=transient, record=record, **run)
+    cut = poincare(mechanism, record=record, **run)
     points = np.stack([series(cut, *one).values for one in chosen], axis=-1)
     found = _measured(points, shares, window, tolerance, int(cut.status))
     return OUTPUTS.dataset(found | values_of(cut, RUN), **cut.attrs)

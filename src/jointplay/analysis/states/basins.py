@@ -46,7 +46,7 @@ from jointplay.analysis.states.start_plane import Starts, axis_values, grid
 from jointplay.analysis.sweeps import subdivision
 from jointplay.analysis.sweeps.subdivision import Point, refined, representatives
 from jointplay.display import codes
-from jointplay.display.number_text import plain, with_error
+from jointplay.display.number_text import listed, plain, with_error
 from jointplay.solver.mechanism.base import Count, Flag
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.motion.eligibility import ROUTES
@@ -67,9 +67,8 @@ def answer(result: xr.Dataset) -> str:
         return "no attractor found"
     order = np.argsort(-result["fraction"].values, kind="stable")
     each = [_attractor(result.isel(number=int(i))) for i in order]
-    more = [f"{len(each) - LISTED} more"] if len(each) > LISTED else []
     name = "1 attractor" if len(each) == 1 else f"{len(each)} attractors"
-    lines = [f"{name}, with their shares of the starts: " + ", ".join(each[:LISTED] + more)]
+    lines = [f"{name}, with their shares of the starts: {listed(each, LISTED, ', ')}"]
     none = float(result["fraction_none"])
     if none > 0:
         lines.append(f"{plain(100 * none, 2)} % of the starts reached no attractor{_on_saddles(result)}")

@@ -47,7 +47,7 @@ from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.exponents.batch_means import decided
 from jointplay.analysis.exponents.growth import STATE, TIME, Turn, unresolved
-from jointplay.analysis.keywords import HANDED, JointName, Moving, Plane, Settling, Small, analysis
+from jointplay.analysis.keywords import HANDED, Divided, JointName, Moving, Plane, Small, analysis
 from jointplay.analysis.labels import PLANE, Out, ended, xr
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place, state_names
@@ -196,8 +196,7 @@ def sensitivity(  # noqa: D417 (nobody gives it the model)
     plane: Plane | None = None,
     joint: JointName | None = None,
     seed: Count = 0,
-    n_jobs: Natural | None = None,
-    **motion: Unpack[Settling],
+    **motion: Unpack[Divided],
 ) -> xr.Dataset:
     """Follow a bundle of neighbours of a motion, or exponents over a plane of initial states, or both.
 
@@ -231,8 +230,6 @@ def sensitivity(  # noqa: D417 (nobody gives it the model)
         As in `lyapunov`: the start that the plane goes through.
     seed : int
         Seed of the random directions of the neighbours.
-    n_jobs : int, optional
-        Number of worker processes for the plane.
 
     Raises
     ------
@@ -250,7 +247,7 @@ def sensitivity(  # noqa: D417 (nobody gives it the model)
     if plane is not None:
         rest = part(progress, 0.5 if bundle.neighbours else 0.0, 1.0)
         starts, axes = Starts(mechanism, initial, tuple(plane), joint, model), axis_values(plane)
-        found |= field(starts, axes, turns, rtol, limit, rest, n_jobs)
+        found |= field(starts, axes, turns, rtol, limit, rest, motion["n_jobs"])
         over = starts.axes(axes)
         statuses.append(plane_status(found["node_status"]))
     lost = statuses[0] == FAILED == max(statuses) and np.isfinite(found.get("distance", np.nan)).all()

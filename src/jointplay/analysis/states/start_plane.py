@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.analysis.evaluate import of_states
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import on_section
 from jointplay.analysis.starts import Journals, free_states, state_names
 from jointplay.display.errors import NOTHING, InputError, Problem, strangers, unknown
-from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import ConstantSpeed, Mechanism, TestSystem
@@ -284,10 +284,5 @@ def plane_status(status: np.ndarray) -> int:
 
 def beyond_a_wall(model: Model) -> bool:
     """Whether a start is beyond a rigid wall."""
-    if not model.resets:
-        return False
-    module = cache.structure_module(model.structure)
-    given = dict(zip(module.PARAMETERS, model.numbers, strict=True))
-    given |= dict(zip(module.STATE, [0.0, *model.state], strict=True))
-    gaps = outputs.evaluate(module, [f"gap:{name}" for name in model.resets], given)
-    return any(gap < 0 for gap in gaps.values())
+    keys = [f"gap:{name}" for name in model.resets]
+    return bool(keys) and any(gap[0] < 0 for gap in of_states(model, keys, model.state[None, :]).values())

@@ -32,8 +32,8 @@ from pydantic import BeforeValidator
 from jointplay.analysis import rules
 from jointplay.analysis.cells import Read, Work, answered
 from jointplay.analysis.declared import Outputs
-from jointplay.analysis.exponents.batch_means import CHAOTIC, beside, decided, largest_exponent
-from jointplay.analysis.keywords import Moving, Names, Settling, Starts, analysis, as_list, as_several
+from jointplay.analysis.exponents.batch_means import CHAOTIC, judged
+from jointplay.analysis.keywords import Batched, Moving, Names, Starts, analysis, as_list, as_several
 from jointplay.analysis.labels import PLANE, Out, along, xr
 from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rules import assembled_at, each_alike, quantity
@@ -45,11 +45,11 @@ from jointplay.analysis.sweeps.subdivision import OUTS, Point, refined, represen
 from jointplay.analysis.vary import at_largest, axes, checked_axes, largest
 from jointplay.display import codes
 from jointplay.display.errors import InputError, Problem, problems_of
-from jointplay.display.number_text import measure, plain
+from jointplay.display.number_text import listed, measure, plain
 from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.mechanism.base import Count, Flag, Natural, NonNegative, Positive, accepts, unit
-from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+from jointplay.solver.mechanism.base import Count, Natural, NonNegative, Positive, accepts, unit
+from jointplay.solver.mechanism.records import ONCE_A_TURN, Mechanism, Section, TestSystem
 from jointplay.solver.motion.ensemble_runs import ensemble_fits
 
 ERRORS = 3.0  # standard errors beyond which exponents differ
@@ -152,7 +152,6 @@ USUAL = (
     *("journal_x", "journal_y", "eccentricity_ratio", "contact_angle", "normal_velocity"),
     *("tangential_velocity", "angular_velocity"),
 )
-ONCE_A_TURN = CrankAngle()
 TURNS, LYAPUNOV_TURNS, KEEP = 300, 200, 100
 CONTRAST = 0.5  # per turn: a map of it shows less as one colour
 LASTS = 0.01  # share of a parameter over which the end of chaos lasts; what is narrower is a window
@@ -163,9 +162,7 @@ def motions(dataset: xr.Dataset) -> xr.DataArray:
     period = dataset["period"]
     none = codes.chosen(period == 0, "no period found", "not known")
     if "section_exponent_per_turn" in dataset or "lyapunov_exponent_per_turn" in dataset:
-        value, error, *_ = largest_exponent(dataset)
-        sure = decided(value, error, **beside(dataset)) == CHAOTIC
-        none = codes.chosen((period == 0) & sure, CHAOTIC, none)
+        none = codes.chosen((period == 0) & (judged(dataset) == CHAOTIC), CHAOTIC, none)
     known = [f"period {n}" if n > 0 else "" for n in range(int(max(period.max(), 0)) + 1)]
     named = period.copy(data=np.array(known)[np.maximum(period.values, 0)])
     return codes.chosen(dataset["cell_status"] == 0, codes.chosen(period > 0, named, none), codes.FAILED)
@@ -218,12 +215,11 @@ def _windows(words: np.ndarray, axes: Sequence[xr.DataArray]) -> list[str]:
     pairs = [(a, b) for a, b in pairwise(chaos) if b > a + 1 and codes.FAILED not in words[a + 1 : b]]
     narrow = [(a, b) for a, b in pairs if abs(values[b] - values[a]) <= LASTS * abs(values[a])]
     each = []
-    for a, b in narrow[: codes.NAMED]:
+    for a, b in narrow:
         ends = " to ".join(measure(values[i], units, 5) for i in (a, b))
         each.append(f"{ends} ({', '.join(sorted({*words[a + 1 : b]}))})")
-    more = f" and {len(narrow) - len(each)} more" if len(narrow) > len(each) else ""
     what = f"windows within chaos, each narrower than {plain(100 * LASTS, 2)} % of the value"
-    return [f"{what}: {', '.join(each)}{more}"] if each else []
+    return [f"{what}: {listed(each, codes.NAMED)}"] if each else []
 
 
 def _differ(words: np.ndarray) -> np.ndarray:
@@ -347,9 +343,7 @@ def bifurcation(
     keep: Natural = KEEP,
     refine: Count = 0,
     contrast: Annotated[NonNegative, unit("difference of exponents per turn", "1")] = CONTRAST,
-    ensemble: Flag | None = None,
-    n_jobs: Natural | None = None,
-    **motion: Unpack[Settling],
+    **motion: Unpack[Batched],
 ) -> xr.Dataset:
     """Describe the motions that a mechanism settles to, over one parameter or two.
 
@@ -417,21 +411,11 @@ def bifurcation(
         If anything asked for makes no sense, listing all of it; numerical trouble is a status instead.
     """
     varied = largest(mechanism, over)
-    plan = Plan(
-        section=section,
-        record=names(record, varied),
-        turns=turns,
-        transient=motion["transient"],
-        keep=min(keep, turns),
-        tolerance=tolerance,
-        exponents=exponents,
-        lyapunov_turns=lyapunov_turns,
-        rtol=motion["rtol"],
-        max_steps=motion["max_steps"],
-        ensemble=ensemble,
-    )
+    own = {"keep": min(keep, turns), "tolerance": tolerance, "exponents": exponents}
+    own |= {key: motion[key] for key in ("transient", "rtol", "max_steps", "ensemble")}
+    plan = Plan(section, names(record, varied), turns, lyapunov_turns=lyapunov_turns, **own)
     begun = (motion["initial"],) if starts is None else starts
-    progress = motion["progress"]
+    progress, n_jobs = motion["progress"], motion["n_jobs"]
     sweep = Sweep(mechanism, checked_axes(mechanism, over), direction, begun, plan)
     if not refine:
         return assembled(sweep, sweep.keys, answered(sweep.work(progress), n_jobs))

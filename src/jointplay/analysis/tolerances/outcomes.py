@@ -209,8 +209,7 @@ def _of_course(
     records = follow(model, Request(end, at=times, steps=True, events=True, rates=True, **limit))
     if records.status:
         raise Unsettled(records.status)
-    rows = np.concatenate([records.steps[:, 2:], records.samples])
-    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    rows = evaluate.in_order(records.steps[:, 2:], records.samples)
     given = evaluate.quantities(model, plan.rtol, records, rows)
     courses = given.series([key for _, key in wanted.values()])
     found = {name: float(POINTS[how](courses[key])) for name, (how, key) in wanted.items()}

@@ -27,14 +27,14 @@ from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.gradients import selection
 from jointplay.analysis.gradients.gradient import gradient
-from jointplay.analysis.gradients.gradient_dataset import columns
-from jointplay.analysis.keywords import Moving, Names, Settling, Share, Small, analysis
+from jointplay.analysis.gradients.gradient_dataset import IN_PARAMETER, IN_QUANTITY, columns
+from jointplay.analysis.keywords import Batched, Moving, Names, Share, Small, analysis
 from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import section_fits
 from jointplay.analysis.sweeps.attractor import RTOL
-from jointplay.analysis.sweeps.bifurcation import ONCE_A_TURN, lanes_fit
+from jointplay.analysis.sweeps.bifurcation import lanes_fit
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.tolerances import estimates
 from jointplay.analysis.tolerances.outcomes import (
@@ -64,7 +64,7 @@ from jointplay.display.number_text import counted, measure, percent, plain
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, NonNegative, Number, accepts
 from jointplay.solver.mechanism.parameters import INITIAL, Parameter
-from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.solver.mechanism.records import ONCE_A_TURN, Mechanism, Section, TestSystem
 from jointplay.solver.motion.ensemble_runs import in_lanes
 from jointplay.solver.motion.progress import part
 
@@ -208,7 +208,6 @@ def _interval(name: str, dims: Any, text: str, units: str = "1") -> dict[str, Ou
     return {name: Out(dims, text, units)} | {key: Out(dims, each, units) for key, each in ends.items()}
 
 
-IN_QUANTITY, IN_PARAMETER = "in the units of quantity_units", "in the units of parameter_units"
 BY_FACTOR = ("event", "factor")
 OUTPUTS = Outputs(
     "tolerances",
@@ -397,9 +396,7 @@ def tolerances(
     edge: Edge | None = None,
     edge_runs: Natural = EDGE_RUNS,
     derivatives: Flag = True,
-    ensemble: Flag | None = None,
-    n_jobs: Natural | None = None,
-    **motion: Unpack[Settling],
+    **motion: Unpack[Batched],
 ) -> xr.Dataset:
     """Give the shares of mechanisms made by one drawing that lose contact, are chaotic, or exceed limits.
 
@@ -454,11 +451,6 @@ def tolerances(
         Number of these runs.
     derivatives : bool
         Whether derivatives of quantities at the medians are computed, where there are such.
-    ensemble : bool, optional
-        Whether eight motions are followed at once, as in `bifurcation`; where the structure allows it if left
-        out.
-    n_jobs : int, optional
-        Worker processes, 2 if left out. The result does not depend on it.
 
     Raises
     ------
@@ -469,10 +461,10 @@ def tolerances(
     design = Design(spreads, together, correlation, sequence, seed)
     own_events = usual_events(mechanism) if events is None else tuple(dict.fromkeys(events))
     quantities = tuple(dict.fromkeys([*(of or ()), *names]))
-    lanes = in_lanes(ensemble, mechanism, motion["rtol"], samples)
+    lanes = in_lanes(motion["ensemble"], mechanism, motion["rtol"], samples)
     how = plan(motion["transient"], turns, lyapunov_turns, motion["rtol"], motion["max_steps"])
     asked = Asked(replace(how, section=section, ensemble=lanes), own_events, quantities)
-    run = partial(_run, mechanism, motion["initial"], design, n_jobs=n_jobs)
+    run = partial(_run, mechanism, motion["initial"], design, n_jobs=motion["n_jobs"])
     tell = [part(motion["progress"], *pair) for pair in pairwise(PARTS)]
     undivided = correlation is not None or len(design.factors) < 2  # no shares of causes
     rows = min((0 if undivided else ROWS) if shares is None else shares, samples)
@@ -498,7 +490,7 @@ def tolerances(
             *(design, own, main, edge, edge_runs),
         )
     if derivatives:
-        table |= _linear_answer(mechanism, design, main, table, motion["rtol"], n_jobs)
+        table |= _linear_answer(mechanism, design, main, table, motion["rtol"], motion["n_jobs"])
     status = first_bad([{"status": each} for found in (main, *mixed) for each in found.ended])
     of_edge = of_edge and dict(zip(("name", "units"), of_edge, strict=True))
     return OUTPUTS.dataset(table | ended(status, began), of_edge, **attributes)

@@ -285,6 +285,9 @@ class CrankAngle(Record):
     angle: Turn = measured("crank angle", "rad", 0.0)
 
 
+ONCE_A_TURN = CrankAngle()
+
+
 class ContactSection(Record):
     """Each time a joint comes into contact.
 

@@ -9,6 +9,7 @@ import numpy as np
 from jointplay.analysis.labels import xr
 from jointplay.display import codes
 from jointplay.display.errors import NOTHING, refuse
+from jointplay.display.number_text import listed
 from jointplay.jobs.files import replaced
 from jointplay.kinds import KINDS
 from jointplay.solver.method.codes import Status
@@ -34,9 +35,8 @@ def explain(dataset: xr.Dataset) -> str | None:
     if name == "ok":
         return None
     status, cells = Status[name.upper()], failed_cells(dataset)
-    shown = ", ".join(cells[:SHOWN]) + (f" and {len(cells) - SHOWN} more" if len(cells) > SHOWN else "")
     told = dataset.attrs.get("trouble", f"{status.meaning}; {status.remedy}")  # no run failed: a search did
-    return f"{name}: {told}" + (f" (in {shown})" if cells else "")
+    return f"{name}: {told}" + (f" (in {listed(cells, SHOWN)})" if cells else "")
 
 
 def failed_cells(dataset: xr.Dataset) -> list[str]:
