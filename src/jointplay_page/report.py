@@ -282,11 +282,7 @@ def point_charts(number: int, view: dict[str, Any]) -> str:
         name = escape(view["name"])
         words = {"force": f"Force at {name} over four turns"}
         words["orbit"] = f"Path of the journal in {name}; the circle is the clearance"
-    return "".join(
-        f'<figure><canvas id="point-{key}{number}" role="img" aria-label="{text}"></canvas>'
-        f'<figcaption class="note">{text}</figcaption></figure>'
-        for key, text in words.items()
-    )
+    return "".join(canvas(f"point-{key}{number}", text, text) for key, text in words.items())
 
 
 def motion_section(content: Any) -> str:
@@ -306,13 +302,18 @@ def motion_section(content: Any) -> str:
 a click in a time history goes there.</p></section>"""
 
 
+def canvas(name: str, label: str, words: str) -> str:
+    """Return a place that is drawn in, with words below it."""
+    place = f'<canvas id="{name}" role="img" aria-label="{label}"></canvas>'
+    return f'<figure>{place}<figcaption class="note">{words}</figcaption></figure>'
+
+
 def inset(number: int, bearing: dict[str, Any]) -> str:
     """Return the place where the journal in a bearing is shown."""
     name, clearance = escape(bearing["name"]), measure(bearing["clearance"], "m")
     words = f"Journal in bearing {name}: the circle is the clearance of {clearance}"
     force = ", the arrow the force on the journal" if "force" in bearing else ""
-    canvas = f'<canvas id="bearing{number}" role="img" aria-label="Journal in bearing {name}"></canvas>'
-    return f'<figure>{canvas}<figcaption class="note">{words}{force}</figcaption></figure>'
+    return canvas(f"bearing{number}", f"Journal in bearing {name}", words + force)
 
 
 def guide_inset(number: int, guide: dict[str, Any]) -> str:
@@ -323,8 +324,7 @@ def guide_inset(number: int, guide: dict[str, Any]) -> str:
     )
     words += " is cut short; corners in contact are filled"
     force = ", the bars are the forces on the slider" if "force" in guide else ""
-    canvas = f'<canvas id="guide{number}" role="img" aria-label="Slider on guide {name}"></canvas>'
-    return f'<figure>{canvas}<figcaption class="note">{words}{force}</figcaption></figure>'
+    return canvas(f"guide{number}", f"Slider on guide {name}", words + force)
 
 
 def svg_text(figure: Figure, prefix: str) -> str:

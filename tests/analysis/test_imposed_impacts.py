@@ -11,6 +11,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
+from jointplay.solver.mechanism.catalog.preset_parts import four_bar_pins
 from jointplay.solver.mechanism.parts.courses import Harmonic
 from jointplay.solver.mechanism.records import ConstantSpeed, SpeedCycle, SpeedProfile
 from tests.support.driven_scenes import pinned
@@ -35,12 +36,7 @@ def four_bar(drive, restitution=0.8, friction=0.0, mass=1.0, gravity=9.8, play_a
     law = jp.Contact(law="restitution", parameters={"restitution": restitution})
     rough = jp.Friction(coefficient=friction) if friction else None
     play = {"clearance": 1e-4, "radius": 0.01, "contact": law, "friction": rough} | bearing
-    ends = {
-        "O": (jp.Pin(link="crank"), jp.Pin(link="ground", point=(0.0, 0.0))),
-        "A": (jp.Pin(link="crank", at=0.04), jp.Pin(link="coupler")),
-        "B": (jp.Pin(link="coupler", at=0.12), jp.Pin(link="rocker", at=0.08)),
-        "C": (jp.Pin(link="rocker"), jp.Pin(link="ground", point=(0.12, 0.0))),
-    }
+    ends = four_bar_pins(0.04, 0.12, 0.08, 0.12)
     joints = [
         jp.Joint(name=name, journal=j, bearing=b, **(play if name == play_at else {}))
         for name, (j, b) in ends.items()

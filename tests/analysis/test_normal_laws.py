@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +18,7 @@ from jointplay.solver.method.codes import Event
 from jointplay.solver.motion.trajectory import Request, follow
 from tests.method.test_tangent import differences, distance, scaled
 from tests.support.plain import Point, plain
-from tests.support.tangent_map import tangent_map
+from tests.support.tangent_map import agreed, tangent_map
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
 from pages import laws as page
@@ -129,9 +127,7 @@ def test_tangents_through_entry_and_release_are_those_of_neighbours(law):
 def _quotients(model, duration, exact):
     """The best of the difference quotients, or None where they do not agree among themselves; the events."""
     found = [differences(model, duration, size, exact) for size in (1e-6, 3e-6, 1e-5)]
-    pairs = [(np.linalg.norm(a - b), b) for (a, _, one), (b, _, other) in pairwise(found) if one and other]
-    spread, best = min(pairs, key=lambda pair: pair[0], default=(math.inf, None))
-    return best if spread < 5e-7 * np.linalg.norm(exact) else None, found[0][1]
+    return agreed(found, lambda a, b: np.linalg.norm(a - b), 5e-7 * np.linalg.norm(exact)), found[0][1]
 
 
 def test_what_is_remembered_is_lost_at_the_next_entry_alone():

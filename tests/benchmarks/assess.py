@@ -24,7 +24,7 @@ CRANK = {"lengths": (0.04, 0.16, 0.11, 0.17), "masses": (0.25, 0.6, 0.4), "speed
 def four_bar(lengths, masses, speed, play, inertias=None, friction=0.1):
     """A four-bar with play at the coupler's far end; slender bars where no inertia is given."""
     import jointplay as jp
-    from jointplay.solver.mechanism.catalog.preset_parts import fixed, joined, on
+    from jointplay.solver.mechanism.catalog.preset_parts import four_bar_pins, joined
 
     names, (crank, coupler, rocker, ground) = ("crank", "coupler", "rocker"), lengths
     inertias = inertias or [m * size**2 / 12 for m, size in zip(masses, lengths, strict=False)]
@@ -33,12 +33,7 @@ def four_bar(lengths, masses, speed, play, inertias=None, friction=0.1):
         jp.Link(name=name, length=size, mass=mass, centre=size / 2, inertia_centre=inertia)
         for name, size, mass, inertia in rows
     ]
-    pins = {
-        "O": (on("crank"), fixed(0.0, 0.0)),
-        "A": (on("crank", crank), on("coupler")),
-        "B": (on("coupler", coupler), on("rocker", rocker)),
-        "C": (on("rocker"), fixed(ground, 0.0)),
-    }
+    pins = four_bar_pins(crank, coupler, rocker, ground)
     joints = joined(pins, "", radius=0.006, stiffness=1e7, damping=300.0, friction=friction)
     drive = jp.ConstantSpeed(link="crank", speed=speed)
     return jp.Mechanism(links=tuple(links), joints=joints, drive=drive).replace(clearance={"B": play})

@@ -11,6 +11,7 @@ from jointplay.analysis.keywords import doubts
 from jointplay.cli import main
 from jointplay.display.errors import InputError, ModelWarning
 from jointplay.solver.mechanism import catalog, plausible
+from jointplay.solver.mechanism.catalog.preset_parts import four_bar_pins
 from jointplay.solver.mechanism.loops import ideal
 from jointplay.solver.mechanism.loops.ideal import ideal_state
 from jointplay.solver.mechanism.plausible import BRISK, FAST, HURRY, MAINS, SUNK, WIDE
@@ -158,12 +159,7 @@ def four_bar(coupler, crank, rocker, ground, clearance=0.0, drive=None, **more):
         Link(name=name, length=length, mass=1.0, inertia_centre=length**2 / 12)
         for name, length in lengths.items()
     )
-    pins = {
-        "O": (Pin(link="crank"), Pin(link="ground", point=(0.0, 0.0))),
-        "A": (Pin(link="crank", at=crank), Pin(link="coupler")),
-        "B": (Pin(link="coupler", at=coupler), Pin(link="rocker", at=rocker)),
-        "C": (Pin(link="rocker"), Pin(link="ground", point=(ground, 0.0))),
-    }
+    pins = four_bar_pins(crank, coupler, rocker, ground)
     play = {"clearance": clearance, "radius": 0.01, "contact": Contact(stiffness=1e7, damping=300.0)}
     joints = tuple(
         Joint(name=name, journal=one, bearing=two, **(play if name == "B" else {}))

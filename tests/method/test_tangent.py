@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.method.tangents import tangent
 from jointplay.solver.motion import trajectory
-from tests.support.tangent_map import tangent_map
+from tests.support.tangent_map import agreed, tangent_map
 
 RTOL = 1e-13
 LOOSE, RUBBING = ({"clearance": 2.9e-4, "gear_ratio": 3.0, "friction": f} for f in (0.01, 0.3))
@@ -99,9 +98,7 @@ def quotients(model, duration, sizes, exact, tolerance=1e-6):
     Where a neighbour meets other events there is no derivative; near a grazing one there is hardly any.
     """
     found = [differences(model, duration, size, exact) for size in sizes]
-    pairs = [(distance(a, b), b) for (a, _, one), (b, _, other) in pairwise(found) if one and other]
-    spread, best = min(pairs, key=lambda pair: pair[0], default=(math.inf, None))
-    return best if spread < 0.5 * tolerance else None, found[0][1]
+    return agreed(found, distance, 0.5 * tolerance), found[0][1]
 
 
 def smoothed():

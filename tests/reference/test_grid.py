@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -16,6 +14,7 @@ from jointplay.analysis.starts import End, Journals, placed, state_names
 from jointplay.solver.mechanism.assemble import assemble
 from tests.method.test_tangent import differences, scaled
 from tests.support.laws_grid import GUIDED, PAIRS, SCENES, mechanism
+from tests.support.tangent_map import agreed
 
 QUICK = [("four_bar", ("kelvin_voigt", "coulomb"), False)]
 LAWS = {scene: GUIDED if scene == "guide" else PAIRS for scene in SCENES}
@@ -56,9 +55,7 @@ def starts(model):
 def best(model, duration, exact, tolerance, sizes):
     """The best of the difference quotients, None where they do not agree; names of events."""
     found = [differences(model, duration, size, exact) for size in sizes]
-    pairs = [(off(a, b), b) for (a, _, one), (b, _, other) in pairwise(found) if one and other]
-    spread, quotient = min(pairs, key=lambda pair: pair[0], default=(math.inf, None))
-    return quotient if spread < 0.5 * tolerance else None, {EVENTS[kind] for _, kind in found[0][1]}
+    return agreed(found, off, 0.5 * tolerance), {EVENTS[kind] for _, kind in found[0][1]}
 
 
 def off(one, other):

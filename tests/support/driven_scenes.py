@@ -12,6 +12,7 @@ from pathlib import Path
 
 import jointplay as jp
 from jointplay import catalog
+from jointplay.solver.mechanism.catalog.preset_parts import four_bar_pins
 from jointplay.solver.mechanism.records import (
     Force,
     Harmonic,
@@ -233,12 +234,7 @@ def pinned(restitution, friction=0.0, speed=30.0, clearances=None):
     """A four-bar of bars of 1 kg, its bearings rigid: the journal at B comes to rest in a quarter turn."""
     lengths = {"crank": 0.04, "coupler": 0.12, "rocker": 0.08}
     links = [Link(name=k, length=v, mass=1.0, centre=v / 2, inertia=v * v / 3) for k, v in lengths.items()]
-    pins = {
-        "O": (Pin(link="crank"), Pin(link="ground", point=(0.0, 0.0))),
-        "A": (Pin(link="crank", at=0.04), Pin(link="coupler")),
-        "B": (Pin(link="coupler", at=0.12), Pin(link="rocker", at=0.08)),
-        "C": (Pin(link="rocker"), Pin(link="ground", point=(0.12, 0.0))),
-    }
+    pins = four_bar_pins(0.04, 0.12, 0.08, 0.12)
     rigid_law = jp.Contact(law="restitution", parameters={"restitution": restitution})
     rub = {"friction": jp.Friction(coefficient=friction)} if friction else {"friction": None}
     play = {"B": 1e-4} if clearances is None else clearances

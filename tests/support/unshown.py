@@ -4,7 +4,7 @@ import numpy as np
 
 import jointplay as jp
 from jointplay.solver.mechanism.catalog import preset_parts
-from jointplay.solver.mechanism.catalog.preset_parts import fixed, on
+from jointplay.solver.mechanism.catalog.preset_parts import fixed, four_bar_pins, on
 
 STEEL = 7850.0  # kg/m³
 USUAL = {"stiffness": 2e7, "damping": 600.0}  # N/m, N s/m
@@ -27,12 +27,7 @@ def linkage(lengths, section, pins, rpm, clearance, guides="", tip=None, guess=N
 
 def crank_rocker(crank, coupler, rocker, ground, section, rpm, clearance, **laws):
     """Lengths in m."""
-    pins = {
-        "O": (on("crank"), fixed(0.0, 0.0)),
-        "A": (on("crank", crank), on("coupler")),
-        "B": (on("coupler", coupler), on("rocker", rocker)),
-        "C": (on("rocker"), fixed(ground, 0.0)),
-    }
+    pins = four_bar_pins(crank, coupler, rocker, ground)
     lengths = {"crank": crank, "coupler": coupler, "rocker": rocker}
     return linkage(lengths, section, pins, rpm, clearance, **laws)
 

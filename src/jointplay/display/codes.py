@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.display.number_text import measure
+from jointplay.display.number_text import measured
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
@@ -96,17 +96,17 @@ def places(chosen: np.ndarray, axes: Sequence[DataArray]) -> str:
     runs = list(zip(edges[::2], edges[1::2] - 1, strict=True))
     if len(runs) > NAMED:
         return f" in {len(runs)} stretches of {_span(axes[0], chosen)}"
-    values, units = axes[0].values, str(axes[0].attrs.get("units", "1"))
-    return f" ({axes[0].name} {', '.join(_between(values[a], values[b], units) for a, b in runs)})"
+    values = axes[0].values
+    return f" ({axes[0].name} {', '.join(_between(axes[0], values[a], values[b]) for a, b in runs)})"
 
 
 def _span(axis: DataArray, chosen: np.ndarray) -> str:
     values = axis.values[chosen]
-    return f"{axis.name} {_between(values.min(), values.max(), str(axis.attrs.get('units', '1')))}"
+    return f"{axis.name} {_between(axis, values.min(), values.max())}"
 
 
-def _between(low: float, high: float, units: str) -> str:
-    return measure(low, units) if low == high else f"{measure(low, units)} to {measure(high, units)}"
+def _between(axis: DataArray, low: float, high: float) -> str:
+    return " to ".join(measured(end, axis) for end in dict.fromkeys((low, high)))
 
 
 def failures(dataset: Dataset, dims: Sequence[str]) -> list[str]:

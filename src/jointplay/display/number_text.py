@@ -6,7 +6,7 @@ Display units: the one table from the units of a file (SI, UDUNITS spelling) to 
 import math
 from collections.abc import Sequence
 from decimal import Decimal
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 MINUS = str.maketrans("-", "\N{MINUS SIGN}")
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
@@ -139,3 +139,8 @@ def measure(value: float, units: str, digits: int = 4) -> str:
     unit = shown(value, units)
     symbol = "" if unit.symbol in PLAIN.values() else f" {raised(unit.symbol)}"
     return f"{plain(value * unit.factor + 0.0, digits)}{symbol}"  # no minus before a zero
+
+
+def measured(value: Any, variable: Any, digits: int = 4) -> str:
+    """Write a value of a variable of a dataset, or of one in its units."""
+    return measure(float(value), str(variable.attrs.get("units", "1")), digits)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+
+from jointplay.solver.motion.trajectory import Records
 
 
 @dataclass(frozen=True)
@@ -22,3 +25,12 @@ class Answer:
     rows: tuple[Digits, ...]
     status: int
     counts: dict[str, int]
+
+
+def compared(
+    published: Mapping[str, tuple[str, float]], computed: Iterable[float], records: Records
+) -> Answer:
+    """The answer of a motion: numbers computed, in the order of those published with their units."""
+    rows = zip(published.items(), computed, strict=True)
+    made = (Digits(name, units, float(value), known) for (name, (units, known)), value in rows)
+    return Answer(tuple(made), records.status, records.counts)

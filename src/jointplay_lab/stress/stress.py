@@ -29,7 +29,6 @@ impacts are counted, on each rigid wall since something last came to rest there.
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -56,6 +55,7 @@ from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
 from jointplay.solver.mechanism.records import GROUND, Mechanism
 from jointplay.solver.method.codes import COUNTERS
 from jointplay.solver.motion.trajectory import Records, Request, follow
+from jointplay.study.toml_text import written
 from jointplay_lab.stress.others import secant
 from jointplay_lab.stress.ranges import GEOMETRIES
 from jointplay_lab.stress.scenes import (
@@ -380,15 +380,7 @@ def _table(head: str, values: Mapping[str, Any]) -> str:
 
 
 def _pairs(values: Mapping[str, Any]) -> Iterator[str]:
-    return (f"{key} = {_value(value)}" for key, value in values.items())
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return f"{{ {', '.join(_pairs(value))} }}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_value, value))}]"
-    return repr(value) if isinstance(value, float) else json.dumps(value)  # both as TOML writes them
+    return (f"{key} = {written(value)}" for key, value in values.items())
 
 
 @dataclass(frozen=True)

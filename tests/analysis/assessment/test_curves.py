@@ -12,7 +12,7 @@ from jointplay.analysis.assessment.edges import Search
 from jointplay.analysis.assessment.page import BY
 from jointplay.analysis.assessment.settled import plan, present
 from jointplay.analysis.quantities import STATUS
-from jointplay.solver.mechanism.catalog.preset_parts import fixed, joined, on
+from jointplay.solver.mechanism.catalog.preset_parts import four_bar_pins, joined
 
 pytestmark = pytest.mark.long  # the first one compiles for six seconds
 HOW = plan(40, 32, 60, 1e-7, None)
@@ -72,12 +72,7 @@ def press():
     sizes = {"crank": 0.04, "coupler": 0.16, "rocker": 0.11}
     bar = {"bar": {"width": 0.02, "thickness": 0.01}, "material": "steel"}
     links = [jp.Link(name=name, length=length, shape=bar) for name, length in sizes.items()]
-    pins = {
-        "O": (on("crank"), fixed(0.0, 0.0)),
-        "A": (on("crank", 0.04), on("coupler")),
-        "B": (on("coupler", 0.16), on("rocker", 0.11)),
-        "C": (on("rocker"), fixed(0.17, 0.0)),
-    }
+    pins = four_bar_pins(0.04, 0.16, 0.11, 0.17)
     joints = joined(pins, "", radius=0.006, stiffness=1e7, damping=300.0, friction=0.1)
     drive = jp.ConstantSpeed(link="crank", speed=10 * np.pi)
     return jp.Mechanism(links=links, joints=joints, drive=drive).replace(clearance={"B": 3e-5})

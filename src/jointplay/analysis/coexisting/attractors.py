@@ -58,7 +58,7 @@ from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.vary import Axis, at_largest, checked_axes, largest
 from jointplay.display import codes
 from jointplay.display.errors import InputError
-from jointplay.display.number_text import counted, measure, plain
+from jointplay.display.number_text import counted, measured, plain
 from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
@@ -298,8 +298,7 @@ def answer(result: xr.Dataset) -> str:
 
 
 def _at(result: xr.Dataset, name: str, place: int) -> str:
-    axis = result[name]
-    return f"{name} {measure(float(axis.values[place]), str(axis.attrs.get('units', '1')))}"
+    return f"{name} {measured(result[name][place], result[name])}"
 
 
 def _motion(result: xr.Dataset, name: str, n: int, there: np.ndarray) -> str:

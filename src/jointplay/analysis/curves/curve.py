@@ -61,7 +61,7 @@ from jointplay.analysis.starts import placed
 from jointplay.analysis.vary import Axis, axes
 from jointplay.display import codes
 from jointplay.display.errors import Problem, refuse
-from jointplay.display.number_text import listed, measure
+from jointplay.display.number_text import listed, measure, measured
 from jointplay.solver.mechanism.base import Count, Natural, Number, accepts, unit
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import ONCE_A_TURN, Mechanism, Section, TestSystem
@@ -244,9 +244,10 @@ def _line(result: xr.Dataset, number: int) -> str:
     kind = codes.words(one["curve_kind"]).item().replace("_", " ")
     spans = []
     for name in names:
-        values, units = one[name].values[: int(one["n_points"])], str(result[name].attrs.get("units", "1"))
+        ends = (of(one[name].values[: int(one["n_points"])]) for of in (np.min, np.max))
+        low, high = (measured(end, result[name]) for end in ends)
         long = str(result[name].attrs.get("long_name", name))
-        spans.append(f"{long} {measure(float(values.min()), units)} to {measure(float(values.max()), units)}")
+        spans.append(f"{long} {low} to {high}")
     first, last = (WHY.get(end, end) for end in codes.words(one["curve_end"]).values)
     told = f"both ends: {first}" if first == last else f"first end: {first}; last end: {last}"
     return f"{kind}, {int(one['n_points'])} points: {', '.join(spans)}; {told}"
@@ -258,10 +259,7 @@ def _meetings(result: xr.Dataset) -> list[str]:
     names, parts = str(result.attrs["parameters"]).split(), []
     kinds = [kind.replace("_", " ") for kind in codes.words(result["meeting_kind"]).values]
     for i, kind in enumerate(kinds):
-        place = [
-            measure(float(result[f"meeting_{name}"][i]), str(result[name].attrs.get("units", "1")), 6)
-            for name in names
-        ]
+        place = [measured(result[f"meeting_{name}"][i], result[name], 6) for name in names]
         parts.append(f"{kind} at ({', '.join(place)})")
     return [f"meets {listed(parts, LISTED, ', ')}"]
 

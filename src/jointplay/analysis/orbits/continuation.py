@@ -44,7 +44,7 @@ from jointplay.analysis.quantities import recorded
 from jointplay.analysis.starts import placed
 from jointplay.analysis.vary import axes
 from jointplay.display import codes
-from jointplay.display.number_text import listed, measure, plain
+from jointplay.display.number_text import listed, measured, plain
 from jointplay.solver.mechanism.base import Flag, Natural, Number, unit
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import ONCE_A_TURN, Mechanism, Section
@@ -68,13 +68,14 @@ def answer(result: xr.Dataset) -> str:
 
 
 def _branch(result: xr.Dataset, name: str, b: int) -> str:
-    one, units = result.isel(branch=b), str(result[name].attrs.get("units", "1"))
+    one = result.isel(branch=b)
     values = one[name].values[: int(one["n_points"])]
     ends, stable = codes.words(one["branch_end"]).values, codes.words(one["stable"]).values[: len(values)]
     places = zip(values[[0, -1]], ends, strict=True)
-    told = [f"ended at {measure(float(v), units)}: {WHY.get(end, end)}" for v, end in places]
+    told = [f"ended at {measured(v, result[name])}: {WHY.get(end, end)}" for v, end in places]
     if ends[0] == ends[1] == "range":
-        told = [f"over the whole range, {measure(values.min(), units)} to {measure(values.max(), units)}"]
+        low, high = (measured(end, result[name]) for end in (values.min(), values.max()))
+        told = [f"over the whole range, {low} to {high}"]
     share = np.count_nonzero(stable == "stable")
     how = "stable" if share == len(values) else f"stable at {share} of {len(values)} points"
     period = plain(float(np.nanmax(one["period"].values)), 4)
@@ -85,10 +86,9 @@ def _special(result: xr.Dataset) -> str:
     if not result.sizes["special"]:
         several = result.sizes["branch"] > 1
         return "no bifurcation and no grazing was found on them" if several else "no bifurcation was found"
-    units = str(result["special_parameter"].attrs.get("units", "1"))
-    kinds, places = codes.words(result["special_kind"]).values, result["special_parameter"].values
+    kinds, places = codes.words(result["special_kind"]).values, result["special_parameter"]
     bifurcations = np.flatnonzero(kinds != "grazing")
-    named = [f"{kinds[i].replace('_', ' ')} at {measure(float(places[i]), units, 6)}" for i in bifurcations]
+    named = [f"{kinds[i].replace('_', ' ')} at {measured(places[i], places, 6)}" for i in bifurcations]
     parts = [listed(named, LISTED, ", ")] * bool(named)
     if grazings := len(kinds) - len(named):
         parts.append(f"{grazings} grazings (an event appears or vanishes)")

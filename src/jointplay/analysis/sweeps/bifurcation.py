@@ -45,7 +45,7 @@ from jointplay.analysis.sweeps.subdivision import OUTS, Point, refined, represen
 from jointplay.analysis.vary import at_largest, axes, checked_axes, largest
 from jointplay.display import codes
 from jointplay.display.errors import InputError, Problem, problems_of
-from jointplay.display.number_text import listed, measure, plain
+from jointplay.display.number_text import listed, measured, plain
 from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Natural, NonNegative, Positive, accepts, unit
@@ -211,12 +211,11 @@ def _windows(words: np.ndarray, axes: Sequence[xr.DataArray]) -> list[str]:
     if len(axes) != 1 or not np.issubdtype(axes[0].dtype, np.number):
         return []
     chaos, values = np.flatnonzero(words == CHAOTIC), axes[0].values
-    units = str(axes[0].attrs.get("units", "1"))
     pairs = [(a, b) for a, b in pairwise(chaos) if b > a + 1 and codes.FAILED not in words[a + 1 : b]]
     narrow = [(a, b) for a, b in pairs if abs(values[b] - values[a]) <= LASTS * abs(values[a])]
     each = []
     for a, b in narrow:
-        ends = " to ".join(measure(values[i], units, 5) for i in (a, b))
+        ends = " to ".join(measured(values[i], axes[0], 5) for i in (a, b))
         each.append(f"{ends} ({', '.join(sorted({*words[a + 1 : b]}))})")
     what = f"windows within chaos, each narrower than {plain(100 * LASTS, 2)} % of the value"
     return [f"{what}: {listed(each, codes.NAMED)}"] if each else []

@@ -12,7 +12,7 @@ import xarray as xr
 
 from jointplay.display import codes
 from jointplay.display.errors import of_a_result, refuse
-from jointplay.display.number_text import measure, plain
+from jointplay.display.number_text import measure, measured, plain
 from jointplay.kinds import KINDS
 from jointplay.solver.mechanism.base import accepts
 from jointplay.solver.mechanism.signature import checked
@@ -128,10 +128,7 @@ def _ends(dataset: Dataset, outputs: Outputs, name: str, dims: list[str]) -> lis
     ends = []
     for at in (np.nanargmin(finite), np.nanargmax(finite)):
         place = np.unravel_index(at, values.shape)
-        named = (
-            f"{dim} {measure(dataset[dim].values[i], str(dataset[dim].attrs.get('units', '1')))}"
-            for dim, i in zip(dims, place, strict=True)
-        )
+        named = (f"{d} {measured(dataset[d][i], dataset[d])}" for d, i in zip(dims, place, strict=True))
         ends.append(f"{_number(values[place], units)} ({', '.join(named)})")
     return [f"{title}: from {ends[0]} to {ends[1]}"]
 

@@ -59,6 +59,16 @@ def on(link: str, at: float = 0.0) -> Pin:
     return Pin(link=link, at=at)
 
 
+def four_bar_pins(crank: float, coupler: float, rocker: float, ground: float) -> dict[str, tuple[Pin, Pin]]:
+    """Journal and bearing of the joints O, A, B, C of a four-bar, by its lengths, m."""
+    return {
+        "O": (on("crank"), fixed(0.0, 0.0)),
+        "A": (on("crank", crank), on("coupler")),
+        "B": (on("coupler", coupler), on("rocker", rocker)),
+        "C": (on("rocker"), fixed(ground, 0.0)),
+    }
+
+
 def example(
     name: str,
     links: tuple[Link, ...],

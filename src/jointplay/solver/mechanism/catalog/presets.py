@@ -28,6 +28,7 @@ from jointplay.solver.mechanism.catalog.preset_parts import (
     bars,
     example,
     fixed,
+    four_bar_pins,
     joined,
     on,
 )
@@ -226,7 +227,7 @@ def watt(
         As in `Mechanism.replace`.
     """
     lengths = {"crank": crank, "coupler": coupler, "rocker": arm, "rod": rod, "output": output}
-    pins = _four_bar(crank, coupler, rocker, ground) | _dyad("rocker", arm, rod, output, pivot)
+    pins = four_bar_pins(crank, coupler, rocker, ground) | _dyad("rocker", arm, rod, output, pivot)
     guess = {"coupler": 0.95, "rocker": 1.8, "rod": -0.15, "output": 1.6}
     return example("watt", bars(lengths, density), pins, "", speed, gravity, guess).replace(**changes)
 
@@ -268,18 +269,9 @@ def stephenson(
         As in `Mechanism.replace`.
     """
     lengths = {"crank": crank, "coupler": arm, "rocker": rocker, "rod": rod, "output": output}
-    pins = _four_bar(crank, coupler, rocker, ground) | _dyad("coupler", arm, rod, output, pivot)
+    pins = four_bar_pins(crank, coupler, rocker, ground) | _dyad("coupler", arm, rod, output, pivot)
     guess = {"coupler": 0.9, "rocker": 1.9, "rod": -0.5, "output": 0.8}
     return example("stephenson", bars(lengths, density), pins, "", speed, gravity, guess).replace(**changes)
-
-
-def _four_bar(crank: float, coupler: float, rocker: float, ground: float) -> dict[str, tuple[Pin, Pin]]:
-    return {
-        "O": (on("crank"), fixed(0.0, 0.0)),
-        "A": (on("crank", crank), on("coupler")),
-        "B": (on("coupler", coupler), on("rocker", rocker)),
-        "C": (on("rocker"), fixed(ground, 0.0)),
-    }
 
 
 def _dyad(link: str, at: float, rod: float, output: float, pivot: float) -> dict[str, tuple[Pin, Pin]]:
