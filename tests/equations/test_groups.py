@@ -16,7 +16,7 @@ from tests.support.multibody_run import assemble as placed
 from tests.support.plain import Point, plain
 
 from ..codegen.test_jacobian import agree
-from .test_ideal_loops import CRANK, check, joint, linkage, seen
+from .test_ideal_loops import CRANK, check, joint, linkage, watched
 
 PLATE = [  # a plate on three bars, one of them on the crank
     CRANK,
@@ -177,7 +177,7 @@ def test_reactions_to_a_billionth():
     mechanism = SCENES["bars"]()
     system = from_mechanism(mechanism, 0.7)
     y = placed(system, {"crank": 0.7} | GUESS)
-    one, found = system.solve(0.0, y, []), seen(mechanism, 0.7)
+    one, found = system.solve(0.0, y, []), watched(mechanism, 0.7)
     size = max(np.abs(force[:2]).max() for name, force in one.reactions.items() if name != "drive")
     for each in mechanism.joints:
         for word, mine in zip("xy", one.reactions[each.name], strict=False):

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointplay.solver.codegen import outputs
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from tests.equations.test_ideal_loops import CRANK, joint, linkage, turned
+from tests.support.motion import seen
 from tests.support.multibody_records import at_state, marker
-from tests.support.plain import Point, masks, plain
+from tests.support.plain import Point, plain
 
 SLOW = pytest.mark.nightly
 MOTOR = {"kind": "motor", "link": "crank", "gear_ratio": 3.0, "efficiency": 1.0, "synchronous_speed": 314.0}
@@ -77,16 +77,6 @@ def off(mechanism, seed=3):
     return model, state
 
 
-def seen(model, state, mode):
-    """Every quantity at a state, every corner in one mode."""
-    functions = plain(model.structure)
-    given = dict(zip(functions.STATE, [0.0, *state], strict=True))
-    given |= dict(zip(functions.PARAMETERS, model.numbers, strict=True))
-    words = [f"{word}_{name}" for name in model.joints for word in ("touch", "slip", "stick")]
-    given |= dict(zip(words, masks([mode] * len(model.joints)), strict=True))
-    return {k: float(v) for k, v in outputs.evaluate(functions, functions.OUTPUTS, given).items()}
-
-
 @pytest.mark.parametrize(
     ("name", "swapped", "drive"),
     [
@@ -101,7 +91,7 @@ def test_forces_and_accelerations(name, swapped, drive):
     mechanism, loose = scene(name, swapped, drive)
     model, state = off(mechanism)
     system, y = at_state(mechanism, model, state)
-    found, theirs = seen(model, state, "contact"), system.solve(0.0, y, ["closed"] * 4)
+    found, theirs = seen(model, state, modes=["contact"] * 4), system.solve(0.0, y, ["closed"] * 4)
     scale = np.abs(theirs.acceleration).max()
     for i, link in enumerate(mechanism.links):
         a = theirs.acceleration[3 * i + 2]

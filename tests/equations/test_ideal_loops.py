@@ -9,26 +9,23 @@ from jointplay.solver.codegen import outputs
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.records import Mechanism, MotorLine
+from tests.support.motion import seen
 from tests.support.multibody_records import at_state, marker, started
 from tests.support.plain import Point, plain
 
 NAMES = ("slider_crank", "watt", "stephenson", "quick_return")
 
 
-def seen(mechanism, angle, speed=None):
+def watched(mechanism, angle, speed=None):
     """Every quantity at a crank angle."""
     initial = {"crank_angle": angle} | ({} if speed is None else {"crank_speed": speed})
     model = assemble(mechanism, initial)
-    functions = plain(model.structure)
-    given = dict(zip(functions.STATE, [0.0, *model.state], strict=True))
-    given |= dict(zip(functions.PARAMETERS, model.numbers, strict=True))
-    found = outputs.evaluate(functions, functions.OUTPUTS, given)
-    return {k: float(v) for k, v in found.items()}
+    return seen(model, model.state)
 
 
 def check(mechanism, angle):
     system, y = started(mechanism, angle)
-    same(mechanism, system.solve(0.0, y, []), seen(mechanism, angle))
+    same(mechanism, system.solve(0.0, y, []), watched(mechanism, angle))
 
 
 def same(mechanism, solved, found):
@@ -66,7 +63,7 @@ def test_slider_crank_in_closed_form():
     """Offset slider-crank over a turn: positions, speeds and accelerations of rod and slider."""
     r, l, h, w = 0.05, 0.12, 0.013, 200.0
     mechanism = catalog.slider_crank(crank=r, rod=l, offset=h, clearance=0, speed=w)
-    found = [seen(mechanism, angle) for angle in TURN]
+    found = [watched(mechanism, angle) for angle in TURN]
     sine = (h - r * np.sin(TURN)) / l
     cosine = np.sqrt(1 - sine**2)
     turning = -r * w * np.cos(TURN) / (l * cosine)
@@ -86,7 +83,7 @@ def test_slider_crank_in_closed_form():
 def test_quick_return_in_closed_form():
     """Arm of the crank shaper over a turn."""
     r, p, w = 0.05, 0.12, 20.0
-    found = [seen(catalog.quick_return(crank=r, pivot=p), angle) for angle in TURN]
+    found = [watched(catalog.quick_return(crank=r, pivot=p), angle) for angle in TURN]
     x, y = r * np.cos(TURN), p + r * np.sin(TURN)
     d2, vx, vy = x**2 + y**2, -r * w * np.sin(TURN), r * w * np.cos(TURN)
     turning = (x * vy - y * vx) / d2
@@ -112,7 +109,7 @@ def test_six_bars_in_closed_form(name):
     long = {link.name: link.length for link in mechanism.links}
     coupler, rocker = at["B"], mechanism.joint("B").bearing.at
     C, F = (complex(*mechanism.joint(k).bearing.point) for k in "CF")
-    found = [seen(mechanism, angle) for angle in TURN]
+    found = [watched(mechanism, angle) for angle in TURN]
     A = long["crank"] * np.exp(1j * TURN)
     B = circles(A, C, coupler, rocker, 1)
     u = {"coupler": (B - A) / coupler, "rocker": (B - C) / rocker}

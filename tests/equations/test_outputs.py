@@ -9,7 +9,8 @@ from jointplay.solver.codegen import outputs
 from jointplay.solver.mechanism.assemble import assemble
 from tests.support.laws_grid import mechanism
 from tests.support.linkages import ARRANGEMENTS, own_state
-from tests.support.plain import masks, plain
+from tests.support.motion import seen
+from tests.support.plain import plain
 
 from ..reference.four_bar import ANGLES, LINKS, scattered
 from .both import numbers, pair
@@ -20,12 +21,7 @@ PUSHED = {"O": "crank", "A": "crank", "B": "coupler", "C": "rocker"}  # journal 
 
 def evaluated(system, model, y, modes):
     """Every output of the package at a state of the reference."""
-    functions = plain(model.structure)
-    values = np.concatenate([[0.0], own_state(system, y)])
-    given = dict(zip(functions.STATE, values, strict=True)) | numbers(system, model, y)
-    words = [f"{word}_{name}" for name in model.joints for word in ("touch", "slip", "stick")]
-    given |= dict(zip(words, masks(modes), strict=False))
-    return {k: float(v) for k, v in outputs.evaluate(functions, functions.OUTPUTS, given).items()}
+    return seen(model, own_state(system, y), modes=modes, numbers=numbers(system, model, y))
 
 
 def watched(joints, drive, mode, seed=4, **changes):

@@ -9,7 +9,7 @@ from jointplay.solver.codegen import outputs
 from jointplay.solver.equations.write import system
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.records import Joint, Link, Mechanism, Pin
-from tests.support.plain import Point, plain
+from tests.support.plain import Point, masks, plain
 
 
 def bar(name, length=0.4, mass=1.5, inertia=0.1, **more):
@@ -42,12 +42,16 @@ def at(mechanism, angles, speeds):
     }
 
 
-def seen(model, state, t=0.0):
-    """Every output at a state, nothing touching."""
+def seen(model, state, t=0.0, modes=None, numbers=None):
+    """Every output at a state, in these modes of its contacts; nothing touches, if left out.
+
+    `numbers` stand in place of the model's own.
+    """
     functions = plain(model.structure)
     given = dict(zip(functions.STATE, [t, *state], strict=True))
-    given |= dict(zip(functions.PARAMETERS, model.numbers, strict=True))
-    given |= {f"{mask}_{name}": 0.0 for name in model.joints for mask in ("touch", "slip", "stick")}
+    given |= dict(zip(functions.PARAMETERS, model.numbers, strict=True)) | (numbers or {})
+    words = [f"{mask}_{name}" for name in model.joints for mask in ("touch", "slip", "stick")]
+    given |= dict(zip(words, masks(modes or ["free"] * len(model.joints)), strict=False))
     return {k: float(v) for k, v in outputs.evaluate(functions, functions.OUTPUTS, given).items()}
 
 
