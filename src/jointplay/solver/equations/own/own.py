@@ -7,8 +7,8 @@ With the states x, of which the first are positions q' = z, and M = 1 where no m
 The force F of a contact acts as its depth says, -F d depth/d q, and friction likewise against its sliding
 speed. Switches are contacts without a force, whose mode, 0 or 1, is a number in the equations. So are |g|,
 the sign of g, and the larger and the smaller of two, of an argument g that moves: each of their kinks is an
-event, located, with its saltation. In what is evaluated at events alone (jumps, restitution, gaps) the sign
-of g is taken there and then. A switch that slides is friction.
+event, located, with its saltation. In what is evaluated at events alone (jumps, restitution) the sign of g is
+taken there and then. A switch that slides is friction.
 
 A sine or cosine of a phase (a rate times t, and an offset) is turned from step to step; of any other argument
 it is a function as all others are.
@@ -78,6 +78,8 @@ _FORMED = re.compile(
 
 _ONE, _NONE = Integer(1), Integer(0)
 
+
+LARGEST = 1e150  # its square is a number still
 
 _NOWHERE = {zoo, nan, oo, -oo, I}
 
@@ -173,7 +175,8 @@ class _Writer:
         outputs |= {f"state:{name}": self.moving(text) for name, text in given.outputs}
         mass = {(i, j): self.moving(text) for i, j, text in given.mass} or None
         outputs |= {angle.name: angle.value for angle in self.angles}
-        outputs |= {f"gap:{reset.name}": reset.guard for reset in resets}
+        outputs |= {f"gap:{each.name}": self.at_once(each.gap) for each in given.impacts}
+        outputs |= {f"gap:{each.name}": self.at_once(each.guard) for each in given.jumps}
         return System(
             positions=self.q,
             speeds=self.z,
@@ -274,7 +277,7 @@ class _Writer:
         )
 
     def _wall(self, given: Wall) -> Reset:
-        gap = self.at_once(given.gap)
+        gap = self.moving(given.gap)
         if not given.jump:
             return Reset(given.name, gap, restitution=self.at_once(given.restitution))
         return Reset(given.name, gap, self._jump(given.jump))
@@ -336,6 +339,8 @@ def real(
     for part in preorder_traversal(made):
         if part in _NOWHERE or (part.is_Number and not math.isfinite(_float(part))):
             raise refuse(text, _UNREAL)
+        if part.is_Number and abs(_float(part)) > LARGEST:
+            raise refuse(text, f"numbers up to {LARGEST:g} in size are accepted")
         base, exponent = part.as_base_exp() if part.is_Pow else (None, None)
         of_negative = part.args[0] if isinstance(part, log) else base if exponent is not None else None
         if of_negative is not None and of_negative.is_negative and not (exponent and exponent.is_integer):

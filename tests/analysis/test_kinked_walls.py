@@ -1,0 +1,118 @@
+"""Rigid walls, jumps and modes whose gap or guard has a kink: |g|, and the larger and the smaller of two.
+
+Against closed forms, the same walls one by one, and integrations by SciPy between events that it locates.
+"""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import jointplay as jp
+
+TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12)
+FREE = {"rates": {"x": "v", "v": "0"}, "scales": {"t": 1.0}}
+PAIR = [
+    {"name": "right", "gap": "0.55-x", "restitution": "r"},
+    {"name": "left", "gap": "0.55+x", "restitution": "r"},
+]
+BOTH = [{"name": "both", "gap": "0.55-abs(x)", "restitution": "r"}]
+SWUNG = {"rates": {"x": "v", "v": "-x-0.1*v+0.8*cos(w*t)"}, "forcing": "2*pi/w"}
+
+
+@pytest.mark.parametrize("rtol", TOLERANCES)
+@pytest.mark.parametrize("half", [0.1, 0.01, 1e-3])
+@pytest.mark.parametrize("gap", ["abs(x-0.3)-{0}", "max(x-0.3-{0}, 0.3-{0}-x)", "sqrt((x-0.3)**2)-{0}"])
+def test_nothing_passes_through_a_thin_wall(gap, half, rtol):
+    walls = [{"name": "w", "gap": gap.format(half), "restitution": "0.5"}]
+    thrown = jp.System(name="thrown", states={"x": -1.0, "v": 2.0}, impacts=walls, **FREE)
+    found = jp.simulate(thrown, duration=1.9, rtol=rtol)
+    met = (1.3 - half) / 2
+    np.testing.assert_allclose(found["event_time"].values, [met], rtol=1e-12)
+    np.testing.assert_allclose(found["end_state"].values, [0.3 - half - (1.9 - met), -1.0], rtol=1e-12)
+
+
+def test_a_block_is_met_at_the_side_that_is_nearest():
+    walls = [{"name": "block", "gap": "max(0.1-x, 0.1-y, x-0.3)", "restitution": "0.5"}]
+    states, rates = {"x": -1.0, "y": -0.8, "u": 1.0, "v": 1.0}, {"x": "u", "y": "v", "u": "0", "v": "0"}
+    thrown = jp.System(name="thrown", states=states, rates=rates, impacts=walls, scales={"t": 1.0})
+    found = jp.simulate(thrown, duration=1.9)
+    np.testing.assert_allclose(found["event_time"].values, [1.1], rtol=1e-12)
+    np.testing.assert_allclose(found["end_state"].values, [-0.3, 1.1, -0.5, 1.0], rtol=1e-12)
+
+
+def between(walls, r=0.8, **how):
+    states = {"x": 0.5, "v": 0.3}
+    return jp.System(
+        name="between", states=states, parameters={"r": r} | how.pop("numbers", {}), impacts=walls, **how
+    )
+
+
+@pytest.mark.parametrize("rtol", TOLERANCES)
+def test_two_walls_in_one_gap_are_two_walls(rtol):
+    one, two = (
+        jp.simulate(between(walls, 1.0, **FREE), duration=55.0, rtol=rtol)["end_state"].values
+        for walls in (BOTH, PAIR)
+    )
+    np.testing.assert_allclose(one, two, atol=1e-12)
+
+
+def test_so_they_are_in_events_derivatives_and_exponents():
+    one, two = (between(walls, numbers={"w": 1.3}, **SWUNG) for walls in (BOTH, PAIR))
+    runs = [jp.simulate(each, turns=6, rtol=1e-11) for each in (one, two)]
+    np.testing.assert_allclose(*(each["end_state"].values for each in runs), rtol=1e-8)
+    met = [each["event_time"].values[jp.words(each)["event_kind"].values == "impact"] for each in runs]
+    np.testing.assert_allclose(*met, rtol=1e-8)
+    assert len(met[0]) > 6
+    asked = {"turns": 3, "of": ["end:state:x"], "by": ["r", "w"], "rtol": 1e-10}
+    found = [jp.gradient(each, **asked) for each in (one, two)]
+    assert all((each["derivative_status"].values == 0).all() for each in found)
+    np.testing.assert_allclose(*(each["derivative"].values for each in found), rtol=1e-6)
+    growth = [jp.lyapunov(each, turns=60, transient=20)["lyapunov_exponent"].values for each in (one, two)]
+    np.testing.assert_allclose(*growth, rtol=1e-5, atol=1e-7)
+
+
+def followed(rates, start, end, guards, jump):
+    """State at the end: what happens at each event of the guards is given by the jump."""
+    time, state, at = 0.0, np.array(start), 0
+    for each in guards:
+        each.terminal, each.direction = True, -1
+    while time < end:
+        settings = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13, "max_step": 1e-2, "args": (at,)}
+        run = solve_ivp(rates, (time, end), state, events=guards[at], **settings)
+        time, state = run.t[-1], run.y[:, -1]
+        if run.status == 1:
+            state, at = jump(state, at)
+    return state
+
+
+def test_a_mode_begins_and_ends_at_a_guard_with_a_kink():
+    modes = {"on": [{"to": "off", "guard": "0.55-abs(x)"}], "off": [{"to": "on", "guard": "abs(x)-0.2"}]}
+    states, rates = {"x": 0.5, "v": 0.3}, {"x": "v", "v": "-x-0.1*on*v"}
+    switched = jp.System(name="switched", states=states, rates=rates, modes=modes, scales={"t": 1.0})
+    found = jp.simulate(switched, duration=9.0, rtol=1e-11)
+    guards = [lambda _, s, _on: 0.55 - abs(s[0]), lambda _, s, _on: abs(s[0]) - 0.2]
+    like = followed(
+        lambda _, s, at: (s[1], -s[0] - 0.1 * (at == 0) * s[1]),
+        (0.5, 0.3),
+        9.0,
+        guards,
+        lambda s, at: (s, 1 - at),
+    )
+    assert found.sizes["event"] > 4
+    np.testing.assert_allclose(found["end_state"].values[:2], like, rtol=1e-8)
+
+
+def test_a_jump_happens_at_a_guard_with_a_kink():
+    jumps = [{"name": "j", "guard": "0.55-abs(x)", "jump": {"x": "0.9*x", "v": "-1.6*v"}}]
+    states, rates = {"x": 0.5, "v": 0.3}, {"x": "v", "v": "-x"}
+    thrown = jp.System(name="thrown", states=states, rates=rates, jumps=jumps, scales={"t": 1.0})
+    found = jp.simulate(thrown, duration=9.0, rtol=1e-11)
+    like = followed(
+        lambda _, s, _at: (s[1], -s[0]),
+        (0.5, 0.3),
+        9.0,
+        [lambda _, s, _at: 0.55 - abs(s[0])],
+        lambda s, at: (np.array([0.9 * s[0], -1.6 * s[1]]), at),
+    )
+    assert np.sum(jp.words(found)["event_kind"].values == "impact") > 2
+    np.testing.assert_allclose(found["end_state"].values, like, rtol=1e-8)
