@@ -11,6 +11,7 @@ from jointplay.analysis.assessment.assess import OUTPUTS, assembled, first_chang
 from jointplay.analysis.assessment.curves import ratios
 from jointplay.analysis.assessment.page import BY, answer, commands, over_ideal, page
 from jointplay.analysis.labels import ended
+from jointplay.display.number_text import measure
 from jointplay.study.file import load
 from tests.figures.support.synthetic_assessment import (
     KEYS,
@@ -272,8 +273,14 @@ def test_a_side_that_was_cut_short_says_how_far_it_came():
     assert "(the same command goes on with what was not looked at)" in text
 
 
-def test_five_lines_say_the_verdict_the_motion_what_it_hangs_on_where_it_changes_and_what_to_do():
-    first, second, band, third, last = answer(assessment()).splitlines()
+def test_six_lines_say_verdict_motion_wear_what_it_hangs_on_where_it_changes_and_what_to_do():
+    found = assessment()
+    first, second, worn, band, third, last = answer(found).splitlines()
+    hourly = 0.4 * 3600 * float(found["crank_speed"]) / (2 * np.pi)
+    assert worn == f"Joint B: sliding work 0.4 J a turn, {measure(hourly, 'J', 3)} an hour"
+    pressed = found.assign(contact_pressure=found["contact_pressure"].fillna(3.2e6))
+    assert "Joint B: pressure 3.2 MPa at the peak, sliding work" in answer(pressed)
+    assert f"  {worn}\n" in page(found)
     assert first.startswith(
         "Rattles: joint B loses contact twice a turn and hits at 50 mm/s; joint O carries up to 22 N"
     )
@@ -295,6 +302,8 @@ def test_a_chaotic_motion_is_told_by_its_exponent():
     assert "chaos ends: " in text
     assert "chaos begins" not in text
     assert "not known to be chaotic" in page(assessment(period=0, traits=np.array([1, 1, 0]), **more))
+    unknown = dict.fromkeys(more, np.nan)
+    assert "a few turns are told" in page(assessment(period=0, traits=np.array([1, 1, 0]), **unknown))
 
 
 def test_a_page_of_a_motion_that_failed_says_so():

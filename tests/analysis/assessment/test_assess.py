@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from jointplay.analysis.assessment import assess
 from jointplay.analysis.assessment.branch_walk import Branch
 from jointplay.analysis.assessment.edges import HOW, Search, edges
 from jointplay.analysis.assessment.forces import forces
 from jointplay.analysis.assessment.settled import CHANGES, Settled, followed, plan, present
 from jointplay.display.errors import InputError
+from jointplay.solver.motion.progress import OutOfTime
 from tests.support import unshown
 
 LOOSE = jp.catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
@@ -271,3 +273,33 @@ def test_play_in_a_guide_is_refused_by_the_guide():
 def test_a_test_system_is_refused():
     with pytest.raises(InputError, match="a linkage is accepted"):
         jp.assess(jp.catalog.impact_pair(3.0, 0.8))
+
+
+def test_a_motion_that_does_not_settle_in_its_share_is_told_by_a_few_turns(monkeypatch):
+    told = assess.assessed(LOOSE, None, 20, BRIEF, patience=0.0)
+    assert told["status"] == 0
+    assert np.isnan(told["motion"]["values"].get("section_exponent_per_turn", ((), np.nan))[1])
+    settled = assess.assessed(LOOSE, None, 20, BRIEF, patience=1e3)
+    assert settled["motion"]["orbit"] is not None
+    assert told["motion"]["orbit"] is None
+    np.testing.assert_allclose(told["peak"], settled["peak"], rtol=0.02)
+    monkeypatch.setattr(assess, "SETTLING", np.inf)
+    found = jp.assess(LOOSE, along=["gear_ratio"], reach=1.01, budget=1e-9, n_jobs=1)
+    assert float(found["peak_force"].sel(joint="B")) == pytest.approx(told["peak"][0], rel=0.02)
+    assert "settle" in str(jp.summary(found)) or int(found["period"]) == 1
+
+
+@pytest.mark.long
+def test_edges_stand_where_the_time_ends_behind_them(monkeypatch):
+    def late(*_):
+        raise OutOfTime
+
+    monkeypatch.setattr(assess, "beside", late)
+    motion = present(LOOSE.replace(clearance=2.35e-5), None, BRIEF)
+    given = {"turns": 5, "how": BRIEF, "limit": 1e3, "known": {}, "side": "below"}
+    search = Search(1.06, 0.0025, 2e-3, 1e-6)
+    key = "joints.B.clearance"
+    cut = assess.sided(motion.mechanism, motion.plain(), key, search=search, **given)
+    assert cut["status"] == assess.NOT_RUN
+    assert np.isfinite(cut["edge"][0])
+    assert len(cut["looked"]) > 3

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Any, Unpack
 
 import numpy as np
@@ -34,7 +35,16 @@ from jointplay.analysis.assessment.page import (
     over_ideal,
     page,
 )
-from jointplay.analysis.assessment.settled import CHANGES, LASTING, SLOW, Settled, Unsettled, plan, present
+from jointplay.analysis.assessment.settled import (
+    CHANGES,
+    LASTING,
+    SLOW,
+    Settled,
+    Unsettled,
+    followed,
+    plan,
+    present,
+)
 from jointplay.analysis.cells import first_bad, growing, handed_out, shown, warm
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import RUN
@@ -56,6 +66,7 @@ TURNS, LYAPUNOV_TURNS, RTOL = 20, 200, 1e-7
 REACH, STEP, ACCURACY, LASTS = 2.0, 0.005, 1e-3, 0.01
 LOOKED_AT = 32  # turns in which a settled motion must repeat
 BUDGET = 90.0  # s
+SETTLING, FEW = 6, 5  # part of the budget in which the present motion has to settle; turns dropped if not
 LEAST, MOST = 1.0, 24  # s that a cell has at least, and how often it may go on
 NOT_RUN = STATUS.index("not_run")
 SHARES = {  # of the work, about, that is done before and after each round: of a motion that
@@ -280,7 +291,7 @@ def assess(  # noqa: D417 (nobody gives it the model)
     keys = parameters_of(mechanism) if along is None else along
     possible = 3 + 3 * len(keys)
     rounds = Rounds(budget, motion["progress"], motion["n_jobs"], possible)
-    first = {"start": initial, "turns": turns, "how": how}
+    first = {"start": initial, "turns": turns, "how": how, "patience": max(budget, BUDGET) / SETTLING}
     now, like = rounds.answers(assessed, [first | {"mechanism": each} for each in (mechanism, ideal)])
     shared = {"mechanism": mechanism, "how": how, "motion": now.get("motion")}
     search = Search(reach, step, accuracy, lasting)
@@ -374,13 +385,20 @@ def _timed(limit: float, function: Callable[..., Answer], *values: Any) -> Answe
 
 
 def assessed(
-    mechanism: Mechanism, start: Any, turns: int, how: Any, limit: float = math.inf, **_: Any
+    mechanism: Mechanism, start: Any, turns: int, how: Any, patience: float, limit: float = math.inf, **_: Any
 ) -> Answer:
-    """Answer of a cell: the motion that a mechanism settles to, and its forces."""
+    """Answer of a cell: the motion that a mechanism settles to, and its forces.
+
+    Where it has not settled within `patience`, s of the processor, the motion is that after a few turns.
+    """
 
     def found() -> Answer:
         stands(0.0, "the present motion" if mechanism.clearance_joints else "ideal joints")
-        motion = present(mechanism, start, how)
+        try:
+            with limited(patience):
+                motion = present(mechanism, start, how)
+        except OutOfTime:
+            motion = followed(mechanism, start, replace(how, transient=FEW, turns=2 * FEW))
         return forces(motion, turns, how) | {"motion": motion.plain()}
 
     return _timed(limit, found)
@@ -415,10 +433,14 @@ def sided(
 
     def found() -> Answer:
         answer = edges(here, key, side, search, how, known)
-        if not math.isfinite(edge := answer["edge"][CHANGES.index("contact_loss")]):
+        edge = answer["edge"][CHANGES.index("contact_loss")]
+        if answer["status"] or not math.isfinite(edge):
             return answer
         scene = Scene(here, key, here.end, turns, how)
-        return answer | {"beside": beside(scene, edge / scene.present, search.step)}
+        try:
+            return answer | {"beside": beside(scene, edge / scene.present, search.step)}
+        except OutOfTime:  # what was found stands, until there is time for the whole
+            return answer | {"status": NOT_RUN}
 
     return _timed(limit, found)
 

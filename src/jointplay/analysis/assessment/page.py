@@ -25,7 +25,7 @@ from jointplay.analysis.assessment.edges import SIDES
 from jointplay.analysis.assessment.settled import SLOW, log_distance
 from jointplay.display import codes
 from jointplay.display.accepted import article
-from jointplay.display.number_text import counted, measure, plain, shown, signed, with_error
+from jointplay.display.number_text import counted, measure, measured, plain, shown, signed, with_error
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
@@ -81,8 +81,8 @@ def answer(dataset: Dataset) -> str:
     if _grade(dataset) == UNKNOWN:
         return "no forces known"
     helps = " ".join(map(str.strip, _helps(dataset).splitlines()[:2]))
-    lines = [_verdict(dataset), _motion(dataset), _hangs_on(dataset)[-1].strip(), _limits(dataset), helps]
-    return "\n".join(lines)
+    lines = [_verdict(dataset), _motion(dataset), *_worn(dataset), _hangs_on(dataset)[-1].strip()]
+    return "\n".join([*lines, _limits(dataset), helps])
 
 
 def page(dataset: Dataset, source: str = "MECHANISM.toml") -> str:
@@ -102,7 +102,7 @@ def _at_once(dataset: Dataset, _: str) -> list[str]:
     """The title, the verdict, and the forces and contacts behind it."""
     name = str(dataset.attrs.get("title") or dataset.attrs.get("study") or "assessment")
     lines = [name, "=" * len(name), "", "Verdict", *(f"  {line}" for line in _told(dataset)), *_slow(dataset)]
-    return [*lines, "", *_forces(dataset), "", *_contacts(dataset)]
+    return [*lines, "", *_forces(dataset), "", *_contacts(dataset), *(f"  {line}" for line in _worn(dataset))]
 
 
 def _told(dataset: Dataset) -> list[str]:
@@ -413,6 +413,8 @@ def _motion(dataset: Dataset) -> str:
     period = float(dataset["period"])
     if not period > 0:
         value, error = (float(dataset[f"section_{n}_per_turn"]) for n in ("exponent", "standard_error"))
+        if math.isnan(value):
+            return f"{turning}; the motion has not settled in its share of the budget: a few turns are told"
         chaotic = _present(dataset)["chaos"] == "yes"
         what = "chaotic" if chaotic else "without a period, and not known to be chaotic"
         size = f"largest exponent of the section map {signed(value, error)} per turn"
@@ -475,6 +477,17 @@ def _contacts(dataset: Dataset) -> list[str]:
         check += " (the difference is stored, or goes elsewhere)"
     title = "Contact, per turn: separations, energy lost, and normal force times sliding distance"
     return [title, *_table(rows), check]
+
+
+def _worn(dataset: Dataset) -> Iterator[str]:
+    """Pressure and sliding work of each joint with clearance, as far as they are known."""
+    names = {"contact_pressure": "pressure {} at the peak", "sliding_work": "sliding work {} a turn"}
+    names |= {"sliding_work_per_hour": "{} an hour"}
+    for joint in _joints(dataset.isel(joint=dataset["clearance"].values > 0)):
+        known = [(dataset[name].sel(joint=joint), text) for name, text in names.items() if name in dataset]
+        told = [text.format(measured(one, one, 3)) for one, text in known if np.isfinite(one)]
+        if told:
+            yield f"Joint {joint}: {', '.join(told)}"
 
 
 def _value(dataset: Dataset, key: str, ratio: float, digits: int = 6) -> str:
