@@ -40,6 +40,43 @@ def test_a_block_is_met_at_the_side_that_is_nearest():
     np.testing.assert_allclose(found["end_state"].values, [-0.3, 1.1, -0.5, 1.0], rtol=1e-12)
 
 
+@pytest.mark.parametrize("gap", ["max(x, -1-x)", "abs(x+0.5)-0.5", "max(x, -5)", "min(x, 5)"])
+def test_a_ball_comes_to_rest_on_it(gap):
+    walls = [{"name": "floor", "gap": gap, "restitution": "0.5"}]
+    falls = {"rates": {"x": "v", "v": "-9.81"}, "scales": {"t": 1.0}}
+    dropped = jp.System(name="dropped", states={"x": 1.0, "v": 0.0}, impacts=walls, **falls)
+    found = jp.words(jp.simulate(dropped, duration=3.0))
+    assert str(found["event_kind"].values[-1]) == "rest"
+    assert found["event_time"].values[-1] == pytest.approx(3 * np.sqrt(2 / 9.81), rel=1e-8)
+    np.testing.assert_allclose(found["end_state"].values, 0.0, atol=1e-12)
+
+
+def test_on_a_shaken_table_it_rests_and_leaves_as_on_a_plain_one():
+    """A fold of the gap far away changes no event, state or derivative."""
+    gaps = ("x-0.05*sin(w*t)", "max(x-0.05*sin(w*t), -0.05*sin(w*t)-2-x)")
+    rates = {"rates": {"x": "v", "v": "-9.81"}, "forcing": "2*pi/w"}
+    plain, kinked = (
+        jp.System(
+            name="shaken",
+            states={"x": 0.1, "v": 0.0},
+            parameters={"w": 16.0, "r": 0.3},
+            impacts=[{"name": "table", "gap": gap, "restitution": "r"}],
+            **rates,
+        )
+        for gap in gaps
+    )
+    runs = [jp.words(jp.simulate(each, turns=8, rtol=1e-10)) for each in (plain, kinked)]
+    kinds = [each["event_kind"].values.tolist() for each in runs]
+    assert kinds[0] == kinds[1]
+    assert {"rest", "separation", "impact"} <= {*kinds[0]}
+    for name in ("event_time", "end_state"):
+        np.testing.assert_allclose(*(each[name].values for each in runs), rtol=1e-9, atol=1e-11)
+    growth = [
+        jp.lyapunov(each, turns=40, transient=10)["lyapunov_exponent"].values for each in (plain, kinked)
+    ]
+    np.testing.assert_allclose(*growth, rtol=1e-6)
+
+
 def between(walls, r=0.8, **how):
     states = {"x": 0.5, "v": 0.3}
     return jp.System(

@@ -213,8 +213,8 @@ def _met(dynamics: Dynamics, k: int) -> tuple[Expr, Expr, Expr]:
     """Gap of the k-th reset, the inverse N.M^-1 N of the mass that an impact meets, the drive's work."""
     reset = dynamics.system.resets[k]
     if reset.restitution is None:
-        return reset.guard, Integer(-int(reset.moves)), Integer(0)
-    return reset.guard, resets.impulse(dynamics, k)[1], resets.drawn(dynamics, k)
+        return reset.gap, Integer(-int(reset.moves)), Integer(0)
+    return reset.gap, resets.impulse(dynamics, k)[1], resets.drawn(dynamics, k)
 
 
 def _choice(name: str, arguments: str, functions: list[str], first: int = IN_FLIGHT) -> str:

@@ -86,7 +86,7 @@ def settled(dynamics: Dynamics, k: int) -> dict[Symbol, Expr]:
     if system.resets[k].moves:
         return {}
     column, weight, rate = impulse(dynamics, k)
-    moved = _pushed(system.positions, Integer(1), column, weight, system.resets[k].guard)
+    moved = _pushed(system.positions, Integer(1), column, weight, system.resets[k].gap)
     return moved | _pushed(system.speeds, Integer(1), column, weight, rate)
 
 

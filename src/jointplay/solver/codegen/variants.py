@@ -100,10 +100,10 @@ def holding(tape: Tape, reset: Reset, system: System) -> Contact:
     if reset.moves:
         zero, still = Integer(0), (Integer(0),) * len(speeds)
         return Contact(reset.name, u, v_n, zero, (), v_t=zero, tangential=still)
-    slopes = [tape.derivative(reset.guard, q) for q in system.positions]
+    slopes = [tape.derivative(reset.gap, q) for q in system.positions]
     normal = [tape.let(f"N_{reset.name}_{i}", slope) for i, slope in enumerate(slopes)]
     moved = sum((n * z for n, z in zip(normal, speeds, strict=False)), Integer(0))
-    rate = tape.let(f"rate_{reset.name}", moved + tape.derivative(reset.guard, TIME))
+    rate = tape.let(f"rate_{reset.name}", moved + tape.derivative(reset.gap, TIME))
     row = (*normal, *[Integer(0)] * (len(speeds) - len(normal)))
     drift = sum((row[i] * acceleration for i, acceleration in imposed.items()), Integer(0))
     row = tuple(Integer(0) if i in imposed else entry for i, entry in enumerate(row))

@@ -99,7 +99,7 @@ class Reset:
     `moves` the state is no wall: nothing rests on it, and any speed may stand in its guard. A wall with a
     friction coefficient `coulomb` has the sliding speed v_t, its row `tangential` and `drift` as a contact
     has them; corners of a slider have a `guide` in common. `drawn` is what the drive's speed has in the rates
-    of the gap and of v_t.
+    of the gap and of v_t. In an impact and at rest the gap is `met`, if given: without kinks as modes.
     """
 
     name: str
@@ -113,6 +113,12 @@ class Reset:
     drift: Expr = Integer(0)
     guide: str = ""
     drawn: tuple[Expr, Expr] = (Integer(0), Integer(0))
+    met: Expr | None = None
+
+    @property
+    def gap(self) -> Expr:
+        """Its gap as it stands, whatever the modes."""
+        return self.guard if self.met is None else self.met
 
     @property
     def rough(self) -> bool:

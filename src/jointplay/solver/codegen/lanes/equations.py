@@ -289,6 +289,9 @@ def laid_out(system: System) -> tuple[System, int]:
         force=(*still, *(value.xreplace(time) for value in system.force)),
         angles=(*turned, *turning),
         contacts=tuple(map(moved, system.contacts)),
-        resets=tuple(replace(each, guard=each.guard.xreplace(time)) for each in system.resets),
+        resets=tuple(
+            replace(each, guard=each.guard.xreplace(time), met=each.gap.xreplace(time))
+            for each in system.resets
+        ),
     )
     return laid, first

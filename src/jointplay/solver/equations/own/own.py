@@ -167,7 +167,13 @@ class _Writer:
                 contacts.append(sliding(given, i, guard, row, force))
         resets = [self._wall(each) for each in given.impacts]
         resets += [
-            Reset(each.name, self.moving(each.guard), self._jump(each.jump), moves=True)
+            Reset(
+                each.name,
+                self.moving(each.guard),
+                self._jump(each.jump),
+                moves=True,
+                met=self.at_once(each.guard),
+            )
             for each in given.jumps
         ]
         own = (*given.positions, *given.speeds)
@@ -175,8 +181,7 @@ class _Writer:
         outputs |= {f"state:{name}": self.moving(text) for name, text in given.outputs}
         mass = {(i, j): self.moving(text) for i, j, text in given.mass} or None
         outputs |= {angle.name: angle.value for angle in self.angles}
-        outputs |= {f"gap:{each.name}": self.at_once(each.gap) for each in given.impacts}
-        outputs |= {f"gap:{each.name}": self.at_once(each.guard) for each in given.jumps}
+        outputs |= {f"gap:{reset.name}": reset.gap for reset in resets}
         return System(
             positions=self.q,
             speeds=self.z,
@@ -277,10 +282,10 @@ class _Writer:
         )
 
     def _wall(self, given: Wall) -> Reset:
-        gap = self.moving(given.gap)
+        gap, met = self.moving(given.gap), self.at_once(given.gap)
         if not given.jump:
-            return Reset(given.name, gap, restitution=self.at_once(given.restitution))
-        return Reset(given.name, gap, self._jump(given.jump))
+            return Reset(given.name, gap, restitution=self.at_once(given.restitution), met=met)
+        return Reset(given.name, gap, self._jump(given.jump), met=met)
 
     def _jump(self, given: Jump) -> dict[Symbol, Expr]:
         return {self.names[name]: self.at_once(text) for name, text in given}
