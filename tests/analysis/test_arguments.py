@@ -15,6 +15,7 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.solver.mechanism.loops.ideal import ideal_state
 from jointplay.study.file import validate
 from jointplay_lab.paper import claims
+from tests.support.wrong import refused
 
 PAIR = catalog.impact_pair(3.0, 0.8)
 LOOSE = catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
@@ -26,13 +27,6 @@ STUDY = {
     "analysis": {"turns": 1},
 }
 FUNCTIONS = [name for name in jp.__all__ if inspect.isfunction(getattr(jp, name))]
-
-
-def refused(function, *values, **keywords):
-    """What is said, by key."""
-    with pytest.raises(jp.InputError) as caught:
-        function(*values, **keywords)
-    return {problem.key: problem.expected for problem in caught.value.problems}
 
 
 def in_a_file(**analysis):
@@ -249,9 +243,7 @@ def test_a_journal_deep_in_its_bearing_is_told(monkeypatch):
 )
 def test_values_that_only_look_right_are_refused(function, given, key):
     """A number equal to true, a dataset in place of an array, a key that is no text."""
-    with pytest.raises(jp.InputError) as refused:
-        function(**given)
-    assert any(problem.key.startswith(key) for problem in refused.value.problems)
+    assert any(each.startswith(key) for each in refused(function, **given))
 
 
 def test_claims_of_a_mechanism_whose_links_bend_are_of_the_same_cases():

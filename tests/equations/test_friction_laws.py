@@ -19,11 +19,11 @@ from jointplay.solver.equations.quantity import Quantity
 from jointplay.solver.mechanism.parts.friction import Friction
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.method.modes import STICKS
-from tests.mechanism.wrong import listed, only, problems_of
 from tests.support.belt import LAWS, REGULARISED, STICKING, belt, ratio
 from tests.support.friction_claims import rows
 from tests.support.multibody_laws import ratio as published
 from tests.support.plain import Point, plain
+from tests.support.wrong import listed, only, problems_of
 
 SPEEDS = np.concatenate([[0.0], np.geomspace(1e-9, 30.0, 400)])
 STEP = 1e-30

@@ -9,16 +9,14 @@ import pytest
 from matplotlib.figure import Figure
 
 from jointplay import figures
-from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS
 from tests.figures.support.synthetic import oscillator, response, section
+from tests.support.wrong import refused
 
 
 def keys(options: dict, dataset=None) -> dict[str, str]:
     """The problems that drawing with `options` reports: what is accepted, by key."""
-    with pytest.raises(InputError) as caught:
-        figures.draw(response() if dataset is None else dataset, options)
-    return {problem.key: problem.expected for problem in caught.value.problems}
+    return refused(figures.draw, response() if dataset is None else dataset, options)
 
 
 def panels(figure: Figure) -> int:

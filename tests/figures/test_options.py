@@ -16,6 +16,7 @@ from jointplay.display.errors import InputError
 from jointplay.study.results.store import write_figure
 from tests.figures.support.synthetic import response, section
 from tests.figures.test_pictures import PICTURES
+from tests.support.wrong import problems_of
 
 
 def test_width_and_font_are_those_asked_for():
@@ -36,9 +37,7 @@ def test_width_and_font_are_those_asked_for():
     ],
 )
 def test_wrong_general_options_are_told(options, key):
-    with pytest.raises(InputError) as caught:
-        figures.draw(section(), options)
-    assert [problem.key for problem in caught.value.problems] == [key]
+    assert list(problems_of(figures.draw, section(), options)) == [key]
 
 
 @pytest.mark.long

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from jointplay.display.errors import InputError
 from jointplay.study import run
 from jointplay.study.file import Loaded, load, validate
 from jointplay.study.toml_text import override, parse
+from tests.support.wrong import texts_of
 
 STUDIES = Path(__file__).parents[2] / "studies" / "precision"
 SMALL = """\
@@ -32,9 +32,7 @@ initial = [0.1, 0.0]
 
 def problems(*changes):
     """Key and message of each problem."""
-    with pytest.raises(InputError) as error:
-        validate(override(parse(SMALL), changes))
-    return {problem.key: str(problem) for problem in error.value.problems}
+    return texts_of(validate, override(parse(SMALL), changes))
 
 
 def test_what_is_left_out_is_as_in_the_function():

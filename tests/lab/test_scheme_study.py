@@ -9,6 +9,7 @@ from jointplay.display.errors import InputError
 from jointplay.study import run
 from jointplay.study.file import Loaded, validate
 from jointplay.study.toml_text import override, parse
+from tests.support.wrong import texts_of
 
 SCHEME = """\
 kind = "scheme_comparison"
@@ -32,9 +33,7 @@ repeats = 1
 
 def problems(*changes):
     """Key and message of each problem."""
-    with pytest.raises(InputError) as error:
-        validate(override(parse(SCHEME), changes))
-    return {problem.key: str(problem) for problem in error.value.problems}
+    return texts_of(validate, override(parse(SCHEME), changes))
 
 
 def test_what_is_left_out_is_as_in_the_function():

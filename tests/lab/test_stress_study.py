@@ -13,6 +13,7 @@ from jointplay.study.file import Loaded, load, validate
 from jointplay.study.toml_text import override, parse
 from jointplay_lab.stress.scenes import VARIANTS, draw
 from jointplay_lab.stress.stress import answer, table
+from tests.support.wrong import texts_of
 
 STUDIES = Path(__file__).parents[2] / "studies" / "stress"
 TEXT = """\
@@ -32,9 +33,7 @@ listed = 2
 
 def problems(*changes):
     """Key and message of each problem."""
-    with pytest.raises(InputError) as error:
-        validate(override(parse(TEXT), changes))
-    return {problem.key: str(problem) for problem in error.value.problems}
+    return texts_of(validate, override(parse(TEXT), changes))
 
 
 @pytest.fixture(scope="module")

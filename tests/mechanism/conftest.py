@@ -3,7 +3,7 @@
 import pytest
 
 from jointplay.solver.mechanism import catalog
-from tests.mechanism.wrong import listed
+from tests.support.wrong import listed
 
 
 @pytest.fixture

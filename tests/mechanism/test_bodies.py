@@ -12,7 +12,7 @@ from jointplay.solver.mechanism.parts.beam import Shape, modal
 from jointplay.solver.mechanism.parts.materials import TABLE
 from jointplay.solver.mechanism.paths import at_paths
 from jointplay.study.models import build_mechanism
-from tests.mechanism.wrong import only, problems_of
+from tests.support.wrong import only, problems_of
 
 BAR = {"bar": {"width": "20 mm", "thickness": "6 mm"}, "material": "steel"}
 LENGTH, STEEL = 0.1, 7850.0

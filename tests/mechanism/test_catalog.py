@@ -10,7 +10,7 @@ from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.catalog import presets, published
 from jointplay.solver.mechanism.own import systems
 from jointplay.solver.mechanism.records import Mechanism, MotorLine, TestSystem
-from tests.mechanism.wrong import problems_of
+from tests.support.wrong import problems_of
 
 REQUIRED = {name: make.trial for name, make in catalog.NAMES.items() if make.trial}
 LINKAGES = [

@@ -13,7 +13,7 @@ from jointplay.solver.mechanism.records import (
     Plane,
     SeparationSection,
 )
-from tests.mechanism.wrong import only, problems_of
+from tests.support.wrong import only, problems_of
 
 # Changes
 

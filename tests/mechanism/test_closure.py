@@ -13,7 +13,7 @@ from jointplay.solver.mechanism.base import Branch
 from jointplay.solver.mechanism.loops.dyads import FourBar
 from jointplay.solver.mechanism.loops.ideal import ideal_state
 from jointplay.solver.mechanism.records import ConstantSpeed, Joint, Link, Mechanism, Pin
-from tests.mechanism.wrong import problems_of
+from tests.support.wrong import problems_of
 
 PAPER = catalog.chunmei2002()
 angle = st.floats(-10, 10)

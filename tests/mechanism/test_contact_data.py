@@ -12,7 +12,7 @@ from jointplay.analysis.keywords import doubts
 from jointplay.solver.mechanism.parts.contact_data import ContactData, PinInBush, damping_factor
 from jointplay.solver.mechanism.parts.materials import TABLE
 from jointplay.study.models import build_mechanism
-from tests.mechanism.wrong import only, problems_of
+from tests.support.wrong import only, problems_of
 
 RADIUS, CLEARANCE, LENGTH = 0.0075, 17e-6, 0.012
 PARTS = {"pin": "steel", "bush": "bronze", "length": LENGTH}

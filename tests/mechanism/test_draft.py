@@ -11,7 +11,7 @@ from jointplay.display.accepted import from_pydantic
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.records import Drive, Joint, Link, Mechanism, Pin, Section
-from tests.mechanism.wrong import only, problems_of
+from tests.support.wrong import only, problems_of
 
 # Bad input in how the parts fit
 

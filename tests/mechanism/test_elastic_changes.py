@@ -9,7 +9,7 @@ from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.parts.beam import modal
 from jointplay.solver.mechanism.records import Beam, Mechanism
 from tests.mechanism.bars import COUPLER, bar
-from tests.mechanism.wrong import listed
+from tests.support.wrong import listed
 
 LENGTH, MASS = COUPLER["length"], COUPLER["mass"]
 

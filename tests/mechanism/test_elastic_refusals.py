@@ -8,7 +8,7 @@ import pytest
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.records import Beam, Link, Mechanism
 from tests.mechanism.bars import COUPLER, bar
-from tests.mechanism.wrong import only, problems_of
+from tests.support.wrong import only, problems_of
 
 COUPLER_BENDS = {"elastic": ("coupler",)}
 

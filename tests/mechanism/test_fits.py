@@ -5,7 +5,7 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.keywords import doubts
 from jointplay.solver.mechanism.parts.fits import deviations
-from tests.mechanism.wrong import only, problems_of
+from tests.support.wrong import only, problems_of
 
 # ANSI B4.2-1978 (R1994), table 12, "Preferred hole basis metric clearance fits", as in Machinery's Handbook:
 # basic size in mm, fit, largest and least clearance of the diameters in mm.

@@ -10,7 +10,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.loops.ideal import ideal_configuration, ideal_state, placed
 from jointplay.solver.mechanism.loops.kinematic_chains import Forest
 from jointplay.solver.mechanism.records import Joint, Mechanism, Pin
-from tests.mechanism.wrong import only, problems_of
+from tests.support.wrong import only, problems_of
 
 PAPER = catalog.chunmei2002(clearance=0, speed=40.0)
 

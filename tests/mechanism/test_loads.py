@@ -15,7 +15,7 @@ from jointplay.solver.mechanism.parts.drive import PrescribedTorque, SpeedProfil
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.mechanism.structure import linkage
 from jointplay.solver.motion.eligibility import structure_exclusion
-from tests.mechanism.wrong import listed, only, problems_of
+from tests.support.wrong import listed, only, problems_of
 
 FORCE = {"name": "press", "kind": "force", "on": {"link": "rocker", "at": 0.1}, "direction": 0.3}
 FORCE |= {"constant": 5.0, "harmonics": [{"order": 2, "cosine": 3.0}], "angle": "crank"}

@@ -22,7 +22,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import System
 from jointplay.study.models import build_mechanism
-from tests.mechanism.wrong import only, problems_of
+from tests.support.wrong import only, problems_of
 
 VALVE = {
     "name": "valve",

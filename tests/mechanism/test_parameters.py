@@ -18,6 +18,7 @@ from jointplay.solver.mechanism.parameters import NAMED, Parameter
 from jointplay.solver.mechanism.paths import part_at
 from jointplay.study import file
 from tests.mechanism.test_catalog import LINKAGES, REQUIRED
+from tests.support.wrong import refused
 
 PRESETS = [*jp.catalog.NAMES]
 EACH = 5  # so many of the parameters is differentiated
@@ -34,13 +35,6 @@ ALONE = (  # what is refused of numbers that mean nothing here, or go with other
 
 def preset(name):
     return jp.catalog.NAMES[name](**REQUIRED.get(name, {}))
-
-
-def told(function, *given):
-    """Key and message of each problem."""
-    with pytest.raises(InputError) as error:
-        function(*given)
-    return {problem.key: problem.expected for problem in error.value.problems}
 
 
 def near(parameter):
@@ -113,12 +107,12 @@ def test_each_takes_its_unit_and_is_refused_beyond_its_bounds_in_one_voice(name)
                 assert checked_study(name, {one.key: text}).mechanism == one.at(one.value)
         if one.bounds:
             value, limit = beyond(one)
-            (said,) = told(one.at, value).values()
+            (said,) = refused(one.at, value).values()
             assert limit in said
-            assert told(axes, mechanism, {one.key: [value]}) == {f"over.{one.key}[0]": said}
-            assert told(checked_study, name, {}, {one.key: [value]}) == {f"vary.{one.key}[0]": said}
+            assert refused(axes, mechanism, {one.key: [value]}) == {f"over.{one.key}[0]": said}
+            assert refused(checked_study, name, {}, {one.key: [value]}) == {f"vary.{one.key}[0]": said}
             if linkage:
-                assert told(checked_study, name, {one.key: value}) == {f"mechanism.{one.key}": said}
+                assert refused(checked_study, name, {one.key: value}) == {f"mechanism.{one.key}": said}
 
 
 def sides(parameter, h):
@@ -149,7 +143,7 @@ def test_numbers_of_laws_have_the_bounds_that_their_laws_say(law):
     assert {one.key.rpartition(".")[2] for one in own} >= {*numbers}
     for one in own:
         value, limit = beyond(one)
-        assert limit in " ".join(told(one.at, value).values())
+        assert limit in " ".join(refused(one.at, value).values())
         assert near(one) is not None
 
 
@@ -199,7 +193,7 @@ def test_a_word_is_an_alias_of_the_paths_at_which_its_value_stands(word):
 
 def test_a_word_without_one_value_is_not_differentiated():
     mechanism = jp.catalog.chunmei2002(clearance={"B": 2.9e-5, "C": 1e-5})
-    (said,) = told(lambda by: jp.gradient(mechanism, by=[by]), "clearance").values()
+    (said,) = refused(lambda by: jp.gradient(mechanism, by=[by]), "clearance").values()
     assert "a parameter that has a single value here" in said
 
 
@@ -243,12 +237,12 @@ def test_several_that_change_alike_are_one_parameter_wherever_one_is_named():
     assert (axis.name, axis.key, axis.units) == ("length", key, "m")
     study = checked_study("chunmei2002", {"elastic": ["coupler"]}, {key: ["182 mm"]})
     assert study.vary == {key: (0.182,)}
-    assert told(axes, mechanism, {key: [0.18], "links.coupler.length": [0.18]}).keys() >= {f"over.{key}"}
+    assert refused(axes, mechanism, {key: [0.18], "links.coupler.length": [0.18]}).keys() >= {f"over.{key}"}
     both = {key: (0.18, 0.19), "links.coupler.length": (0.18, 0.19)}
-    assert "each parameter once" in told(lambda: jp.optimise(mechanism, by=both, least="time"))["by"]
+    assert "each parameter once" in refused(lambda: jp.optimise(mechanism, by=both, least="time"))["by"]
     duffing = jp.catalog.duffing()
     plane = {"amplitude + damping": (0.1, 0.5), "damping": (0.1, 0.5)}
-    assert told(lambda: jp.curve(duffing, plane=plane)).keys() == {f"plane.{key}" for key in plane}
+    assert refused(lambda: jp.curve(duffing, plane=plane)).keys() == {f"plane.{key}" for key in plane}
     assert duffing.varied({"amplitude + damping": 0.8}) == jp.catalog.duffing(amplitude=0.8, damping=0.7)
 
 
@@ -260,7 +254,7 @@ def test_rough_places_are_angles_and_slides():
 
 def test_a_count_has_no_branch():
     bent = jp.catalog.chunmei2002(elastic=("coupler",), elements=2)
-    found = told(lambda: jp.continuation(bent, parameter="elements", range=(1.0, 3.0)))
+    found = refused(lambda: jp.continuation(bent, parameter="elements", range=(1.0, 3.0)))
     assert "elements is a whole number" in found["range"]
 
 

@@ -34,6 +34,7 @@ from jointplay.solver.mechanism.records import (
 from jointplay.study.file import load
 from jointplay.study.models import build_mechanism
 from tests.docs.pages import PAGES, blocks
+from tests.support.wrong import refused
 
 USUAL = catalog.chunmei2002()
 CRANK, RADIUS, NO_LOAD = 0.03, 0.015, USUAL.drive.nominal_speed
@@ -41,12 +42,6 @@ CRANK, RADIUS, NO_LOAD = 0.03, 0.015, USUAL.drive.nominal_speed
 
 def found(mechanism=USUAL, initial=None, section=None):
     return {problem.key: problem.expected for problem in doubts(mechanism, initial, section)}
-
-
-def refusal(call, *values, **given):
-    with pytest.raises(InputError) as caught:
-        call(*values, **given)
-    return {problem.key: problem.expected for problem in caught.value.problems}
 
 
 def geared(speed):
@@ -68,21 +63,21 @@ def test_what_fields_accept_is_read_once_for_each_kind_of_record(monkeypatch):
 
 
 def test_a_clearance_as_long_as_a_link_is_refused():
-    said = refusal(catalog.chunmei2002, clearance=0.29)["clearance.B"]
+    said = refused(catalog.chunmei2002, clearance=0.29)["clearance.B"]
     assert said.startswith("a clearance less than 0.03 m is accepted, the length of crank")
     assert said.endswith("did you mean 0.29 mm = 0.00029 m?")
-    assert "mm" not in refusal(catalog.chunmei2002, clearance=40.0)["clearance.B"]  # nor is 40 mm any better
+    assert "mm" not in refused(catalog.chunmei2002, clearance=40.0)["clearance.B"]  # nor is 40 mm any better
     table = USUAL.model_dump()
     table["joints"][2]["clearance"] = CRANK
-    assert set(refusal(Mechanism, **table)) == {"mechanism.joints[2].clearance"}
+    assert set(refused(Mechanism, **table)) == {"mechanism.joints[2].clearance"}
     table["joints"][2]["clearance"] = 0.99 * CRANK
     assert Mechanism(**table)
 
 
 @pytest.mark.parametrize("angle", [180, -90.0, 6.2832])
 def test_an_angle_beyond_a_turn_is_refused(angle):
-    start = refusal(jp.simulate, USUAL, turns=1, initial={"crank_angle": angle})
-    section = refusal(CrankAngle, angle=angle)
+    start = refused(jp.simulate, USUAL, turns=1, initial={"crank_angle": angle})
+    section = refused(CrankAngle, angle=angle)
     assert set(start) == {"initial.crank_angle"}
     assert set(section) == {"crank_angle.angle"}
     for text in (*start.values(), *section.values()):
@@ -177,20 +172,20 @@ LIMIT = math.acos((0.04**2 + 0.17**2 - 0.16**2) / (2 * 0.04 * 0.17))  # by the c
 def test_a_crank_that_is_driven_where_it_cannot_turn_is_refused(clearance):
     linkage = four_bar(*STUCK, clearance)
     for analysis in (jp.simulate, jp.poincare, jp.lyapunov):
-        said = refusal(analysis, linkage, turns=1)["mechanism.links"]
+        said = refused(analysis, linkage, turns=1)["mechanism.links"]
         assert f"from {LIMIT:.4g} to {math.tau - LIMIT:.4g} rad" in said
         assert f"({math.degrees(LIMIT):.4g} to {360 - math.degrees(LIMIT):.4g} deg)" in said
-    assert "mechanism.links" in refusal(jp.periodic_orbit, linkage)
+    assert "mechanism.links" in refused(jp.periodic_orbit, linkage)
     start = {"crank_angle": LIMIT - 0.4}
-    assert "mechanism.links" in refusal(jp.simulate, linkage, duration=0.41 / 30, initial=start)
+    assert "mechanism.links" in refused(jp.simulate, linkage, duration=0.41 / 30, initial=start)
     assert jp.simulate(linkage, duration=0.39 / 30, initial=start, samples_per_turn=40).sizes["time"]
     back = four_bar(*STUCK, clearance, drive=ConstantSpeed(link="crank", speed=-30.0))
-    assert "mechanism.links" in refusal(jp.simulate, back, turns=0.5)
+    assert "mechanism.links" in refused(jp.simulate, back, turns=0.5)
 
 
 def test_a_crank_turns_where_its_joints_clearances_make_up_for_what_lacks():
     almost = (0.05, 0.04, 0.11995, 0.13)  # 0.16995 of 0.17 m
-    assert "mechanism.links" in refusal(jp.simulate, four_bar(*almost), turns=1)
+    assert "mechanism.links" in refused(jp.simulate, four_bar(*almost), turns=1)
     assert jp.simulate(four_bar(*almost, 1e-4), turns=0.01).sizes["time"]
 
 
@@ -204,7 +199,7 @@ def test_a_linkage_that_goes_flat_is_no_open_one():
 
 def test_a_slider_crank_and_a_motor_that_cannot_turn_are_told():
     short = catalog.slider_crank(crank=0.1, rod=0.08, clearance=0)
-    said = refusal(jp.simulate, short, turns=1)["mechanism.links"]
+    said = refused(jp.simulate, short, turns=1)["mechanism.links"]
     for edge in (
         math.asin(0.8),
         math.pi - math.asin(0.8),
@@ -239,12 +234,12 @@ def test_grams_taken_as_kilograms_are_doubted_of_a_long_link_too():
 
 
 def test_millimetres_are_asked_for_where_the_inertia_is_in_metres():
-    told = refusal(Link, name="rocker", length=117.5, mass=0.3, centre=58.75, inertia=1.34e-3)
+    told = refused(Link, name="rocker", length=117.5, mass=0.3, centre=58.75, inertia=1.34e-3)
     assert told["link.inertia"].endswith("; did you mean 117.5 mm = 0.1175 m?")
 
 
 def test_millimetres_taken_as_metres_are_refused_or_doubted():
-    said = refusal(four_bar, 120.0, 40.0, 80.0, 120.0)
+    said = refused(four_bar, 120.0, 40.0, 80.0, 120.0)
     assert said["mechanism.links[1].length"].endswith("did you mean 120 mm = 0.12 m?")
     assert len(said) == 3
     heavy = [each.model_copy(update={"mass": 1e4}) for each in USUAL.links]
@@ -297,14 +292,14 @@ def test_inertia_mass_and_centre_of_no_link_are_refused_or_doubted(key):
         == {}
     )
     value, unit = REFUSED[key]
-    said = refusal(with_crank, **{"inertia": None} | more | {key: value})
+    said = refused(with_crank, **{"inertia": None} | more | {key: value})
     assert set(said) == {f"mechanism.links[0].{key}"}
     assert not unit or f"write '{value:g} {unit}'" in said[f"mechanism.links[0].{key}"]
 
 
 def test_the_unit_is_asked_for_where_a_link_has_its_mass_far_out():
     """The radius of gyration that is meant is 1.2 lengths, as of a crank with a flywheel beyond its end."""
-    said = refusal(with_crank, inertia=None, inertia_centre=6.0)
+    said = refused(with_crank, inertia=None, inertia_centre=6.0)
     assert "write '6 kg cm²'" in said["mechanism.links[0].inertia_centre"]
 
 
@@ -363,9 +358,9 @@ def test_a_link_lighter_than_air_is_doubted():
 def test_directions_in_degrees_are_refused(angle):
     meant = f"if degrees are meant, write '{angle:g} deg' or {math.radians(angle):.6g}"
     on = {"name": "P", "on": Pin(link="crank", at=0.03), "constant": 5.0}
-    assert meant in refusal(Force, **on, direction=angle)["load.direction"]
-    assert meant in refusal(USUAL.replace, gravity_direction=angle)["gravity_direction"]
-    assert meant in refusal(Pin, link="ground", point=(0.0, 0.0), direction=angle)["pin.direction"]
+    assert meant in refused(Force, **on, direction=angle)["load.direction"]
+    assert meant in refused(USUAL.replace, gravity_direction=angle)["gravity_direction"]
+    assert meant in refused(Pin, link="ground", point=(0.0, 0.0), direction=angle)["pin.direction"]
     assert Force(**on, direction="180 deg").direction == math.pi
     rough = USUAL.model_copy(update={"guess": {"coupler": 30.0}})
     assert "if degrees are meant, write '30 deg'" in found(rough)["mechanism.guess.coupler"]
@@ -375,9 +370,9 @@ def test_parts_that_contradict_themselves_are_refused():
     bristles = {"bristle_stiffness": 1e5, "static_coefficient": 0.1, "stribeck_velocity": 1e-3}
     table = USUAL.model_dump()
     table["joints"][2]["friction"] = Friction(law="lugre", coefficient=0.0, **bristles).model_dump()
-    assert set(refusal(Mechanism, **table)) == {"mechanism.joints[2].friction.coefficient"}
+    assert set(refused(Mechanism, **table)) == {"mechanism.joints[2].friction.coefficient"}
     servo = {"link": "crank", "stiffness": 1.0, "damping": 0.1, "speed": 5.0}
-    said = refusal(USUAL.replace, drive=Servo(**servo, nominal_speed=-5.0))
+    said = refused(USUAL.replace, drive=Servo(**servo, nominal_speed=-5.0))
     assert "of the sign of the mean wanted one (5 rad/s)" in said["mechanism.drive.nominal_speed"]
     assert USUAL.replace(drive=Servo(**servo, nominal_speed=5.0))
 

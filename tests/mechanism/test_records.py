@@ -10,7 +10,7 @@ import pytest
 from jointplay.display.errors import NOTHING
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.records import Contact, Friction, Joint, Link, Mechanism, Pin, System
-from tests.mechanism.wrong import only, problems_of
+from tests.support.wrong import only, problems_of
 
 # Round trips and what a record is
 

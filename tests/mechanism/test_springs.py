@@ -8,7 +8,7 @@ from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.parts.beam import modal
 from jointplay.solver.mechanism.records import Link, Mechanism
-from tests.mechanism.wrong import listed, only, problems_of
+from tests.support.wrong import listed, only, problems_of
 
 STRAIGHT = {
     "name": "return",

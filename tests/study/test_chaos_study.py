@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from jointplay.analysis.quantities import STATUS
-from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS
 from jointplay.study import run
 from jointplay.study.file import Loaded, load, validate
 from jointplay.study.toml_text import override, parse
+from tests.support.wrong import problems_of
 
 STUDIES = sorted((Path(__file__).parents[2] / "studies" / "chaos").glob("*_12[abc].toml"))
 OWN = {  # what only this kind has
@@ -37,9 +37,7 @@ def study(kind, **changes):
 
 def problems(table):
     """Keys of the problems."""
-    with pytest.raises(InputError) as error:
-        validate(table)
-    return {problem.key for problem in error.value.problems}
+    return problems_of(validate, table).keys()
 
 
 @pytest.mark.parametrize("kind", OWN)

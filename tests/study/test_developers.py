@@ -14,11 +14,11 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog, cli, figures
-from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS, Kind
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism.own import systems
 from jointplay.study.file import load, schema, validate
+from tests.support.wrong import refused
 
 PAGE = (Path(__file__).parents[2] / "docs" / "developers.md").read_text(encoding="utf-8")
 LAW, ANALYSIS, ROW, FIGURE, ALONE = re.findall(r"^```python\n(.*?)^```", PAGE, re.S | re.M)
@@ -103,9 +103,8 @@ def study(tmp_path):
 
 def problems(call, *values, **keywords):
     """Key and message of each problem, without the tables of a study."""
-    with pytest.raises(InputError) as caught:
-        call(*values, **keywords)
-    return {re.sub("^(analysis|integrator)[.]", "", p.key): p.expected for p in caught.value.problems}
+    found = refused(call, *values, **keywords)
+    return {re.sub("^(analysis|integrator)[.]", "", key): expected for key, expected in found.items()}
 
 
 def test_it_runs_is_drawn_and_drawn_again(study, returns, tmp_path, capsys):

@@ -15,13 +15,12 @@ from jointplay.study.results import provenance
 from jointplay.study.results.store import write_result
 from jointplay.study.toml_text import override, parse
 from tests.support.study_samples import BENT, BENT_WRITTEN_OUT, TEXT, WRITTEN_OUT
+from tests.support.wrong import texts_of
 
 
 def problems(text, *changes, name="x"):
     """Key and message of each problem of a study text."""
-    with pytest.raises(InputError) as error:
-        validate({"name": name} | override(parse(text), changes))
-    return {problem.key: str(problem) for problem in error.value.problems}
+    return texts_of(validate, {"name": name} | override(parse(text), changes))
 
 
 def test_a_study_is_read(study):

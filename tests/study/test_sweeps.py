@@ -8,6 +8,7 @@ from jointplay.display.errors import InputError
 from jointplay.study import run
 from jointplay.study.file import Loaded, validate
 from jointplay.study.toml_text import override, parse
+from tests.support.wrong import refused
 
 PAIR = """\
 kind = "bifurcation"
@@ -47,9 +48,7 @@ def record(text, *changes):
 
 def problems(text, *changes):
     """Key and message of each problem."""
-    with pytest.raises(InputError) as error:
-        record(text, *changes)
-    return {problem.key: problem.expected for problem in error.value.problems}
+    return refused(record, text, *changes)
 
 
 def test_a_study_is_the_function():

@@ -2,8 +2,8 @@
 
 import pytest
 
-from jointplay.display.errors import InputError
 from jointplay.study.file import load
+from tests.support.wrong import refused
 
 WINDOWED = """\
 kind = "response"
@@ -29,9 +29,7 @@ def file(tmp_path):
 
 
 def problems(path, *changes):
-    with pytest.raises(InputError) as caught:
-        load(path, changes)
-    return {problem.key: problem.expected for problem in caught.value.problems}
+    return refused(load, path, changes)
 
 
 def test_windows_are_passed_on_without_a_length(file):

@@ -8,6 +8,7 @@ import pytest
 import jointplay as jp
 from jointplay.display.errors import InputError
 from jointplay.study.file import load, schema, validate
+from tests.support.wrong import refused
 
 BASE = {
     "kind": "response",
@@ -23,9 +24,7 @@ def record(**changes):
 
 
 def said(**changes):
-    with pytest.raises(InputError) as caught:
-        validate(BASE | changes)
-    return {problem.key: problem.expected for problem in caught.value.problems}
+    return refused(validate, BASE | changes)
 
 
 def test_a_file_keeps_its_text_and_its_record_is_si(tmp_path):

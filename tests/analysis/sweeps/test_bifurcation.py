@@ -10,9 +10,9 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.starts import Journals, end_of, placed
 from jointplay.analysis.sweeps import chains
-from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.loops.ideal import ideal_state
 from jointplay.solver.mechanism.records import ContactSection, CrankAngle
+from tests.support.wrong import refused
 
 PAIR = catalog.impact_pair(3.0, 0.8)
 LINKAGE = catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
@@ -22,9 +22,7 @@ STEP_LIMIT, BAD = 2, 5
 
 def keys(mechanism, **keywords):
     """Keys of what is refused."""
-    with pytest.raises(InputError) as error:
-        jp.bifurcation(mechanism, **keywords)
-    return {problem.key: problem.expected for problem in error.value.problems}
+    return refused(jp.bifurcation, mechanism, **keywords)
 
 
 def test_integrals_over_time_are_refused():

@@ -8,7 +8,7 @@ from scipy import stats
 
 import jointplay as jp
 from jointplay.analysis.tolerances.spreads import REPLICATES, Design, Distribution, Spread
-from jointplay.display.errors import InputError
+from tests.support.wrong import texts_of
 
 CRANK = jp.catalog.slider_crank(clearance=1e-4)
 SPREADS = {"clearance": {"normal": ["0.1 mm", "3 um"]}, "speed": {"uniform": [190.0, 210.0]}}
@@ -96,9 +96,7 @@ def test_correlation_and_batches():
 
 
 def refused(**given):
-    with pytest.raises(InputError) as error:
-        jp.tolerances(CRANK, **{"spreads": SPREADS, "samples": 8} | given)
-    return {problem.key: str(problem) for problem in error.value.problems}
+    return texts_of(jp.tolerances, CRANK, **{"spreads": SPREADS, "samples": 8} | given)
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from jointplay.figures.analyses.bifurcation import diagram
 from jointplay.figures.drawing import style, sweep_axes
 from jointplay.kinds import KINDS
 from tests.figures.support.synthetic import response
+from tests.support.wrong import refused
 
 MEANINGS = "ok diverged step_limit chatter not_converged bad_parameters crashed not_run interrupted"
 CLEARANCES = np.geomspace(1e-5, 9e-4, 5)
@@ -65,12 +66,6 @@ def sweep(directions=("up", "down"), starts=1, exponents=1, over=("clearance",))
 def clouds(ax):
     """Lines that are points."""
     return [line for line in ax.lines if line.get_linestyle() == "None"]
-
-
-def refused(dataset, **options):
-    with pytest.raises(InputError) as error:
-        figures.draw(dataset, **options)
-    return {problem.key: problem.expected for problem in error.value.problems}
 
 
 def test_points_are_those_stored_in_friendly_units_on_a_logarithmic_axis():
@@ -250,18 +245,21 @@ def test_borders_of_cells():
 
 def test_wrong_options_are_told_with_what_is_accepted():
     data = sweep(starts=2)
-    assert "journal_x" in refused(data, quantity="journal_z")["figure.quantity"]
-    assert "up, down" in refused(data, direction="reset")["figure.direction"]
-    assert "0 to 1" in refused(data, start=2)["figure.start"]
-    assert "one parameter" in refused(data, at=1.0)["figure.at"]
-    assert set(refused(data, limits=[[1.0, 2.0]])) == {"figure.limits"}
-    assert set(refused(data, period=1)) == {"figure.period"}
-    assert "two parameters" in refused(data, kind="parameter_map")["figure.kind"]
-    assert "kind bifurcation" in refused(response(), kind="bifurcation")["figure.kind"]
+    assert "journal_x" in refused(figures.draw, data, quantity="journal_z")["figure.quantity"]
+    assert "up, down" in refused(figures.draw, data, direction="reset")["figure.direction"]
+    assert "0 to 1" in refused(figures.draw, data, start=2)["figure.start"]
+    assert "one parameter" in refused(figures.draw, data, at=1.0)["figure.at"]
+    assert set(refused(figures.draw, data, limits=[[1.0, 2.0]])) == {"figure.limits"}
+    assert set(refused(figures.draw, data, period=1)) == {"figure.period"}
+    assert "two parameters" in refused(figures.draw, data, kind="parameter_map")["figure.kind"]
+    assert "kind bifurcation" in refused(figures.draw, response(), kind="bifurcation")["figure.kind"]
     grid = sweep(("up",), over=("gear_ratio", "clearance"))
-    assert "smallest_missed_gap" in refused(grid, kind="parameter_map", maps=["impact"])["figure.maps[0]"]
-    assert "1 to 1" in refused(grid, kind="parameter_map", exponent=2)["figure.exponent"]
-    assert set(refused(grid, kind="parameter_map", maps=[])) == {"figure.maps"}
+    assert (
+        "smallest_missed_gap"
+        in refused(figures.draw, grid, kind="parameter_map", maps=["impact"])["figure.maps[0]"]
+    )
+    assert "1 to 1" in refused(figures.draw, grid, kind="parameter_map", exponent=2)["figure.exponent"]
+    assert set(refused(figures.draw, grid, kind="parameter_map", maps=[])) == {"figure.maps"}
 
 
 def test_two_parameters_are_drawn_as_a_map_unless_an_option_asks_for_a_diagram():
