@@ -14,6 +14,7 @@ from jointplay.solver.motion import ensemble_runs
 from jointplay.solver.motion.eligibility import exclusion
 from jointplay.solver.motion.trajectory import follow
 from tests.support.belt import LAWS, STICKING, ratio
+from tests.support.linkages import jointed
 
 from ..method.test_tangent import NEAR, compare
 from .sweeps.test_ensemble import apart, asked
@@ -24,9 +25,7 @@ STATES = ["normal_force", "tangential_force", "tangential_velocity", "mode", "en
 
 def rubbing(name, **changes):
     """The paper's mechanism with another law of friction, which sticks where the law does."""
-    plain = catalog.chunmei2002(**ROUGH | changes)
-    joints = (joint.model_copy(update={"friction": LAWS[name]}) for joint in plain.joints)
-    return jp.Mechanism(**dict(plain) | {"joints": tuple(joints)})
+    return jointed(catalog.chunmei2002(**ROUGH | changes), friction=LAWS[name])
 
 
 @pytest.mark.nightly

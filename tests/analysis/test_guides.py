@@ -13,6 +13,7 @@ from jointplay.solver.equations.structure import CORNERS
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.motion import trajectory
 from tests.method.test_tangent import differences, distance, scaled
+from tests.support.linkages import jointed
 from tests.support.multibody_records import from_mechanism
 from tests.support.multibody_run import assemble as put_together
 from tests.support.multibody_run import closed, follow
@@ -26,13 +27,6 @@ ROUGH = {
 }
 
 
-def remade(mechanism, contact=None, friction=None):
-    """The mechanism with another law and friction in every joint."""
-    made = {"friction": friction} | ({"contact": contact} if contact else {})
-    joints = tuple(joint.model_copy(update=made) for joint in mechanism.joints)
-    return jp.Mechanism(**dict(mechanism) | {"joints": joints})
-
-
 @pytest.mark.parametrize(
     ("name", "loose", "tension", "turns", "corners"),
     [
@@ -44,7 +38,7 @@ def remade(mechanism, contact=None, friction=None):
 def test_the_second_program_moves_alike(name, loose, tension, turns, corners):
     """Angles, forces at corners and ideal joints, and events through many impacts of corners."""
     plain = getattr(jp.catalog, name)(clearance={loose: 1e-4}, gravity=9.8, tension=tension)
-    mechanism, angle = remade(plain, friction=GENTLE), 0.3
+    mechanism, angle = jointed(plain, friction=GENTLE), 0.3
     found = jp.simulate(
         mechanism,
         turns=turns,
@@ -80,7 +74,7 @@ def test_the_second_program_moves_alike(name, loose, tension, turns, corners):
 def test_energy_is_kept_without_a_drive(name, loose):
     """Corners without damping and friction, over five turns of the crank."""
     free = getattr(jp.catalog, name)(clearance={loose: 1e-4}, gravity=9.8, drive=None)
-    free = remade(free, contact=jp.Contact(stiffness=1e7, damping=0.0))
+    free = jointed(free, friction=None, contact=jp.Contact(stiffness=1e7, damping=0.0))
     run = {"initial": {"crank_angle": 0.3, "crank_speed": 50.0}, "rtol": 1e-12}
     motion = jp.simulate(free, duration=1.0, record=["energy", "kinetic_energy", "angle", "mode"], **run)
     assert motion.status == 0

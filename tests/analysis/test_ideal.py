@@ -10,7 +10,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.solver.mechanism.loops.ideal import ideal_state
-from tests.support.linkages import bending
+from tests.support.linkages import bending, jointed
 
 LINKS = ["crank", "coupler", "rocker"]
 MOTION = ["angle", "angular_velocity", "angular_acceleration"]
@@ -119,9 +119,7 @@ def with_play(e):
         clearance=e, gear_ratio=3.0, friction=1e-9, elastic=("coupler",), damping_ratio=0.05
     )
     contact = jp.Contact(stiffness=STIFF, damping=math.sqrt(0.05 * STIFF))
-    fields = {name: getattr(loose, name) for name in type(loose).model_fields}
-    fields["joints"] = tuple(joint.model_copy(update={"contact": contact}) for joint in loose.joints)
-    return type(loose)(**fields)
+    return jointed(loose, contact=contact)
 
 
 def run(mechanism):

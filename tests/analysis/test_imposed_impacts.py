@@ -15,6 +15,7 @@ from jointplay.solver.mechanism.catalog.preset_parts import four_bar_pins
 from jointplay.solver.mechanism.parts.courses import Harmonic
 from jointplay.solver.mechanism.records import ConstantSpeed, SpeedCycle, SpeedProfile
 from tests.support.driven_scenes import pinned
+from tests.support.linkages import altered, jointed
 from tests.support.multibody_records import from_mechanism
 
 LENGTHS = {"crank": 0.04, "coupler": 0.12, "rocker": 0.08}
@@ -182,9 +183,8 @@ def test_a_kick_of_the_driven_link_is_seen_in_the_balance(tmp_path):
 def test_corners_of_a_guide_that_land_together_leave_the_speed_as_it_is(friction):
     plain = jp.catalog.slider_crank(clearance={"G": 2e-4}, gravity=9.8)
     law = jp.Contact(law="restitution", parameters={"restitution": 0.5})
-    rigid = {"contact": law, "friction": jp.Friction(coefficient=friction) if friction else None}
-    joints = [j if j.ideal else j.model_copy(update=rigid) for j in plain.joints]
-    mechanism = jp.Mechanism(**dict(plain) | {"joints": joints, "drive": FAST})
+    rubs = jp.Friction(coefficient=friction) if friction else None
+    mechanism = jointed(altered(plain, drive=FAST), loose=True, contact=law, friction=rubs)
     found = jp.simulate(mechanism, duration=0.2, record=["angular_velocity", *BALANCE])
     assert (np.diff(found.event_time) == 0).sum() > 10
     holds(found, FAST)
@@ -201,8 +201,7 @@ def light_block(restitution):
     """A quick return whose block has rigid corners in its guide, which moves."""
     plain = jp.catalog.quick_return(clearance={"S": 1e-4}, speed=20.0)
     law = jp.Contact(law="restitution", parameters={"restitution": restitution})
-    joints = [j if j.ideal else j.model_copy(update={"contact": law, "friction": None}) for j in plain.joints]
-    return jp.Mechanism(**dict(plain) | {"joints": joints})
+    return jointed(plain, loose=True, contact=law, friction=None)
 
 
 @pytest.mark.nightly

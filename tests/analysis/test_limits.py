@@ -12,8 +12,8 @@ import jointplay as jp
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.loops.ideal import ideal_state
 from jointplay.solver.mechanism.parts.joints import Contact
-from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.motion import guard_tolerances
+from tests.support.linkages import jointed
 
 WORDS = ["angle", "angular_velocity", "journal_x", "journal_y"]
 
@@ -44,9 +44,7 @@ def stiffer(clearance, stiffness):
     """The mechanism with a clearance, and contacts of a stiffness and damping in proportion."""
     plain = jp.catalog.chunmei2002(clearance=clearance, gear_ratio=3.0, friction=0)
     contact = Contact(stiffness=stiffness, damping=228.0 * math.sqrt(stiffness / 7.15e6))
-    fields = {name: getattr(plain, name) for name in Mechanism.model_fields}
-    fields["joints"] = tuple(joint.model_copy(update={"contact": contact}) for joint in plain.joints)
-    return Mechanism(**fields)
+    return jointed(plain, contact=contact)
 
 
 def off(clearance, stiffness):

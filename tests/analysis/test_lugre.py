@@ -16,6 +16,7 @@ from jointplay.solver.mechanism.parts.friction import Friction
 from jointplay.solver.motion.eligibility import exclusion
 from jointplay.solver.motion.trajectory import Request, follow
 from tests.support.belt import LAWS, LUGRE, belt, ratio
+from tests.support.linkages import jointed
 from tests.support.plain import Point, plain
 from tests.support.tangent_map import tangent_map
 
@@ -99,9 +100,7 @@ def test_tangents_through_zero_speed():
 
 @pytest.fixture(scope="module")
 def mechanism():
-    plain = catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
-    joints = (joint.model_copy(update={"friction": LUGRE}) for joint in plain.joints)
-    return jp.Mechanism(**dict(plain) | {"joints": tuple(joints)})
+    return jointed(catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0), friction=LUGRE)
 
 
 @pytest.mark.nightly

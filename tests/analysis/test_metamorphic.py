@@ -16,9 +16,9 @@ import jointplay as jp
 from jointplay.analysis import tangents
 from jointplay.analysis.starts import state_names
 from jointplay.solver.mechanism.assemble import assemble
-from tests.support import features
 from tests.support.driven import by_tangents
 from tests.support.features import LEVELS, fits, scene
+from tests.support.linkages import altered, jointed
 from tests.support.tangent_map import tangent_map
 from tests.support.transformations import MIRROR, OTHER, TABLE, factor, scaled
 
@@ -130,7 +130,7 @@ def compared(choice, seed, views=TABLE):
     plain = run(made.mechanism, made.initial, times)
     own = events(plain)
     moved, where = scaled(mass=1.0).inputs(made.mechanism, made.initial)
-    heavier = features.pieces(moved, gravity=moved.gravity * (1 + TWIN) + TWIN)
+    heavier = altered(moved, gravity=moved.gravity * (1 + TWIN) + TWIN)
     twin = run(heavier, where, times)
     same = alike(events(twin), own, times[-1])
     apart = off(twin, plain, TABLE["a turn before"], made.mechanism.crank)[1] if same else np.inf
@@ -251,13 +251,10 @@ def test_a_motion_without_losses_goes_back(law):
     """From its end with all speeds reversed, by the same events backwards, to its start."""
     made = scene(chosen(("speed", law, "none", "bearing", "tilted", "rigid")), 3)
     contact = jp.Contact(law=law, **CONSERVATIVE[law])
-    joints = [j if j.ideal else j.model_copy(update={"contact": contact}) for j in made.mechanism.joints]
-    mechanism = features.pieces(made.mechanism, joints=tuple(joints))
+    mechanism = jointed(made.mechanism, loose=True, contact=contact)
     how = {"rtol": RTOL, "record": MOTION[:2], "duration": made.duration}
     there = jp.simulate(mechanism, at=[0.0, made.duration], initial=made.initial, **how)
-    back = features.pieces(
-        mechanism, drive=mechanism.drive.model_copy(update={"speed": -mechanism.drive.speed})
-    )
+    back = altered(mechanism, drive=mechanism.drive.model_copy(update={"speed": -mechanism.drive.speed}))
     by_link = {
         word: dict(zip(there.link.values.tolist(), there[word].values[-1], strict=True))
         for word in MOTION[:2]

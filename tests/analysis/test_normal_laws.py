@@ -23,6 +23,8 @@ from tests.support.tangent_map import agreed, tangent_map
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
 from pages import laws as page
 
+from tests.support.linkages import jointed
+
 CLEARANCE, K = 1e-3, 2e9
 NUMBERS = {"hunt_crossley": {"dissipation": 0.3}, "flores": {"restitution": 0.5}}
 FACTOR = {"hunt_crossley": lambda v_0: 0.3 * v_0, "flores": lambda v_0: FACTORS["flores"][0](0.5)}
@@ -150,8 +152,7 @@ def test_exponents_leave_out_what_is_remembered():
 def _linkage(clearance):
     ideal = catalog.chunmei2002(clearance=clearance, gear_ratio=3.0, friction=0.0)
     contact = jp.Contact(law="flores", stiffness=K, parameters=NUMBERS["flores"])
-    joints = tuple(joint.model_copy(update={"contact": contact}) for joint in ideal.joints)
-    return jp.Mechanism(**dict(ideal) | {"joints": joints})
+    return jointed(ideal, contact=contact)
 
 
 def test_a_start_in_contact_remembers_its_normal_speed():

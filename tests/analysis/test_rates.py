@@ -18,6 +18,7 @@ from jointplay.solver.equations.parameters import parameter_names
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.parts.joints import Friction
 from tests.support.belt import contact
+from tests.support.linkages import jointed
 
 RTOL, REFERENCE = 1e-8, 1e-12
 A_TURN = 1000  # tolerated errors of a speed in a turn: the tolerated error of its acceleration
@@ -30,14 +31,8 @@ def paper(**changes):
     return jp.catalog.chunmei2002(**{"clearance": 2.9e-5, "gear_ratio": 15.0} | changes)
 
 
-def under(mechanism, **laws):
-    """The same mechanism under other laws in its joints."""
-    joints = (joint.model_copy(update=laws) for joint in mechanism.joints)
-    return mechanism.model_copy(update={"joints": tuple(joints)})
-
-
 def smoothed():
-    return under(paper(), friction=Friction(law="tanh", coefficient=0.01, velocity=1e-3))
+    return jointed(paper(), friction=Friction(law="tanh", coefficient=0.01, velocity=1e-3))
 
 
 RIGID = {
@@ -114,7 +109,7 @@ def test_every_recorded_quantity_is_right_at_other_tolerances(model, rtol):
 
 @pytest.mark.nightly
 def test_what_holds_a_journal_in_a_rigid_bearing_is_right_as_the_accelerations_are_that_it_follows_from():
-    mechanism = under(paper(clearance=2.9e-4), contact=contact("restitution", restitution=0.0))
+    mechanism = jointed(paper(clearance=2.9e-4), contact=contact("restitution", restitution=0.0))
     span = {"transient": 0.5, "turns": 0.5, "record": ["normal_force", "mode"]}
     found, true = (jp.simulate(mechanism, rtol=each, **span).sel(joint="B") for each in (RTOL, REFERENCE))
     assert found.sizes["event"] >= 5

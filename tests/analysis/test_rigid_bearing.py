@@ -15,6 +15,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.motion import trajectory
 from jointplay_lab.stress.scenes import draw
 from tests.method.test_tangent import differences, distance, scaled
+from tests.support.linkages import jointed
 from tests.support.multibody_records import from_mechanism
 
 E = 2.9e-4
@@ -34,9 +35,7 @@ def rigid(restitution, clearance=E, friction=0.0, **changes):
 def hardened(plain, restitution, friction=0.0):
     """A mechanism with rigid bearings and guides."""
     law = jp.Contact(law="restitution", parameters={"restitution": restitution})
-    given = {"contact": law, "friction": jp.Friction(coefficient=friction) if friction else None}
-    joints = tuple(joint.model_copy(update=given) for joint in plain.joints)
-    return jp.Mechanism(**dict(plain) | {"joints": joints})
+    return jointed(plain, contact=law, friction=jp.Friction(coefficient=friction) if friction else None)
 
 
 GUIDED = hardened(jp.catalog.slider_crank(clearance={"G": 1e-4}, gravity=9.8), 0.3)
@@ -104,9 +103,7 @@ def test_a_drive_that_imposes_a_speed_answers_impacts_by_work():
     """Its impulse is the moment of the crank pin's, which the momenta of rod and slider give."""
     plain = jp.catalog.slider_crank(clearance={"B": 1e-4}, speed=100.0, gravity=9.8)
     law = jp.Contact(law="restitution", parameters={"restitution": 0.6})
-    smooth = {"contact": law, "friction": None}
-    joints = [joint if joint.ideal else joint.model_copy(update=smooth) for joint in plain.joints]
-    mechanism = jp.Mechanism(**dict(plain) | {"joints": joints})
+    mechanism = jointed(plain, loose=True, contact=law, friction=None)
     words = [*BALANCE, "angle", "angular_velocity", "slide_velocity"]
     found = jp.simulate(mechanism, turns=1, rtol=1e-10, steps=True, record=words)
     assert found.status == 0
@@ -182,9 +179,8 @@ def test_restitution_is_asked_for_within_its_bounds_and_with_coulomb_friction():
     with pytest.raises(InputError, match=r"accepted only with law = .*; restitution has param"):
         jp.Contact(law="restitution", stiffness=1.0, parameters={"restitution": 0.5})
     rubbing = jp.Friction(law="tanh", coefficient=0.1, velocity=0.1, viscous=1.0)
-    joints = tuple(joint.model_copy(update={"friction": rubbing}) for joint in rigid(0.5).joints)
     with pytest.raises(InputError, match=r"joints\[2\].friction.law: .*'tanh'.*Coulomb's") as raised:
-        jp.Mechanism(**dict(rigid(0.5)) | {"joints": joints})
+        jointed(rigid(0.5), friction=rubbing)
     assert "friction.viscous: got 1" in str(raised.value)
 
 

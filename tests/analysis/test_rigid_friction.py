@@ -19,6 +19,7 @@ from jointplay.solver.motion import trajectory
 from tests.analysis.test_flat_landing import MASS, PLAY, STILL, block
 from tests.method.test_tangent import differences, scaled
 from tests.support import driven
+from tests.support.linkages import jointed
 
 F, R, G = 0.3, 0.5, 9.81
 A, B, INERTIA = 0.02, 0.01, 2e-4  # half sizes, and inertia about the mass centre
@@ -31,9 +32,7 @@ def rough(slope=0.0, friction=F, restitution=R):
     """The block of `block`, its faces rigid and rough."""
     plain = block(slope)
     law = jp.Contact(law="restitution", parameters={"restitution": restitution})
-    given = {"contact": law, "friction": jp.Friction(coefficient=friction)}
-    joints = [joint.model_copy(update=given) for joint in plain.joints]
-    return jp.Mechanism(**dict(plain) | {"joints": joints})
+    return jointed(plain, contact=law, friction=jp.Friction(coefficient=friction))
 
 
 def placed(mechanism, **state):

@@ -21,6 +21,7 @@ from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.method.modes import STICKS
 from tests.support.belt import LAWS, REGULARISED, STICKING, belt, ratio
 from tests.support.friction_claims import rows
+from tests.support.linkages import jointed
 from tests.support.multibody_laws import ratio as published
 from tests.support.plain import Point, plain
 from tests.support.wrong import listed, only, problems_of
@@ -119,9 +120,7 @@ def added(monkeypatch):
 
 def linkage(friction):
     """The paper's linkage with another friction in its joints."""
-    plain = catalog.chunmei2002(gear_ratio=3.0)
-    joints = (joint.model_copy(update={"friction": friction}) for joint in plain.joints)
-    return Mechanism(**dict(plain) | {"joints": tuple(joints)})
+    return jointed(catalog.chunmei2002(gear_ratio=3.0), friction=friction)
 
 
 def test_an_added_law_is_one_object(added):

@@ -21,6 +21,7 @@ from jointplay.solver.motion.trajectory import Request, follow
 from tests.equations.drop import arguments
 from tests.support.belt import LAWS as RUBBING
 from tests.support.belt import NUMPY, contact
+from tests.support.linkages import jointed
 
 SPEED = 0.3  # m/s, with which a contact began
 ROUND = 1e-10  # m, where the power of a penetration is rounded off
@@ -59,8 +60,7 @@ def added(monkeypatch):
 def linkage(law="kelvin_voigt", friction=None, **changes):
     """The paper's linkage with another law in its joints."""
     plain, made = catalog.chunmei2002(gear_ratio=3.0, **changes), contact(law)
-    joints = [joint.model_copy(update={"contact": made, "friction": friction}) for joint in plain.joints]
-    return jp.Mechanism(**dict(plain) | {"joints": tuple(joints)})
+    return jointed(plain, contact=made, friction=friction)
 
 
 def _at(name, depth=None):
@@ -202,9 +202,7 @@ def test_every_friction_is_tried_in_lanes():
 def test_a_start_beyond_where_a_law_ends_is_refused_and_a_motion_near_it_warned_of():
     soft = {"length": 0.02, "journal_modulus": 1e7}
     plain = linkage("johnson", clearance=2.9e-4)
-    made = Contact(law="johnson", parameters=soft)
-    joints = [joint.model_copy(update={"contact": made}) for joint in plain.joints]
-    mechanism = jp.Mechanism(**dict(plain) | {"joints": tuple(joints)})
+    mechanism = jointed(plain, contact=Contact(law="johnson", parameters=soft))
     end = 4 * 2.9e-4 / np.exp(2)
     assert mechanism.joint("B").deepest == pytest.approx(end)
     with pytest.warns(jp.ModelWarning, match=r"whose law ends at 0\.541"):

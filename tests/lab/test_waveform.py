@@ -12,6 +12,7 @@ from jointplay_lab.paper.fixed_steps import March
 from jointplay_lab.paper.reading_list import coarse_section
 from jointplay_lab.scheme.scheme import Scheme
 from jointplay_lab.scheme.scheme_comparison import Case, Truth
+from tests.support.linkages import jointed
 
 IDEAL = jp.catalog.chunmei2002(gear_ratio=3.0, clearance=0, elastic=("coupler",), elements=2, order="paper")
 LOOSE = jp.catalog.chunmei2002(gear_ratio=3.0, elastic=("coupler",), elements=2, order="paper")
@@ -103,8 +104,7 @@ def test_with_clearance_short_windows_converge():
 
 def rubbing(**friction):
     """The mechanism with other friction at joint B."""
-    joints = [joint.model_copy(update={"friction": Friction(**friction)}) for joint in LOOSE.joints]
-    return LOOSE.model_copy(update={"joints": tuple(joints)})
+    return jointed(LOOSE, friction=Friction(**friction))
 
 
 @pytest.mark.nightly

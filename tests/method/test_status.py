@@ -14,6 +14,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.method.codes import Status
 from jointplay.solver.motion.trajectory import Request, follow, functions
 from jointplay.solver.motion.trajectory import memory as run_memory
+from tests.support.linkages import jointed
 
 OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = list(Status)[:5]
 PATIENCE = 20.0  # s, compilation included
@@ -38,9 +39,7 @@ def stiff(stiffness, damping=228.0):
     """The paper's mechanism with another contact."""
     plain = jp.catalog.chunmei2002(gear_ratio=3.0)
     contact = jp.Contact(stiffness=stiffness, damping=damping)
-    fields = {name: getattr(plain, name) for name in type(plain).model_fields}
-    fields["joints"] = tuple(joint.model_copy(update={"contact": contact}) for joint in plain.joints)
-    return jp.Mechanism(**fields)
+    return jointed(plain, contact=contact)
 
 
 def test_step_limit_keeps_what_was_computed():

@@ -16,6 +16,7 @@ from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.method.tangents import tangent
 from jointplay.solver.motion import trajectory
+from tests.support.linkages import jointed
 from tests.support.tangent_map import agreed, tangent_map
 
 RTOL = 1e-13
@@ -105,8 +106,7 @@ def smoothed():
     """The paper's mechanism with friction that follows the sliding speed: no slip reversal is an event."""
     plain = catalog.chunmei2002(**LOOSE)
     friction = jp.Friction(law="tanh", coefficient=0.1, velocity=0.05)
-    joints = tuple(joint.model_copy(update={"friction": friction}) for joint in plain.joints)
-    return jp.Mechanism(**dict(plain) | {"joints": joints})
+    return jointed(plain, friction=friction)
 
 
 @pytest.mark.nightly

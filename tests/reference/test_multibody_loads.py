@@ -9,7 +9,8 @@ import jointplay as jp
 from jointplay.solver.mechanism.records import TorsionSpring
 from tests.reference.test_multibody_package import FORCES, MOTION, agree, both, same_motion
 from tests.support import driven_scenes
-from tests.support.driven_scenes import LOADS, PROFILE, TORQUE, pieces, weighted
+from tests.support.driven_scenes import LOADS, PROFILE, TORQUE, weighted
+from tests.support.linkages import altered
 
 SPRINGS = (
     *driven_scenes.SPRINGS,
@@ -21,7 +22,7 @@ SPRINGS = (
 def loaded(mechanism):
     """The mechanism with springs, gravity to the side, and point masses on crank and rocker."""
     springs = SPRINGS if mechanism.clearance_joints else (SPRINGS[0], SPRINGS[-1])
-    return pieces(weighted(mechanism), springs=springs, loads=LOADS, gravity_direction=0.4)
+    return altered(weighted(mechanism), springs=springs, loads=LOADS, gravity_direction=0.4)
 
 
 @pytest.mark.parametrize(

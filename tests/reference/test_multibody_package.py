@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from tests.support.linkages import bending
+from tests.support.linkages import bending, jointed
 from tests.support.multibody_records import from_mechanism, started
 from tests.support.multibody_run import closed, follow
 
@@ -19,13 +19,6 @@ KINDS = {  # the second program's events in the package's words, by whether a fo
 }
 GENTLE = jp.Friction(law="tanh", coefficient=0.01, velocity=0.05, viscous=0.1)
 SMOOTH = jp.Friction(law="tanh", coefficient=0.2, velocity=0.05, viscous=3.0)
-
-
-def rubbing(mechanism, friction):
-    """The mechanism with a friction at all joints."""
-    fields = {name: getattr(mechanism, name) for name in type(mechanism).model_fields}
-    joints = tuple(joint.model_copy(update={"friction": friction}) for joint in mechanism.joints)
-    return type(mechanism)(**fields | {"joints": joints})
 
 
 def both(mechanism, crank_angle, turns, record):
@@ -85,7 +78,7 @@ def test_the_mechanism_without_play(changes):
 )
 def test_the_mechanism_with_play_at_b(tension, smooth, last):
     """Through the first contacts, whose normal force may pull or not."""
-    mechanism = rubbing(jp.catalog.chunmei2002(gear_ratio=3.0, tension=tension), smooth)
+    mechanism = jointed(jp.catalog.chunmei2002(gear_ratio=3.0, tension=tension), friction=smooth)
     found, system, states, solved, events = both(mechanism, 0.0, 0.05, [*MOTION, *FORCES, *TOUCH])
     assert last in [event.kind for event in events[2:]]
     same_motion(found, system, states, solved, 1e-8)
@@ -102,7 +95,7 @@ def test_the_mechanism_with_play_at_b(tension, smooth, last):
 def test_the_mechanism_with_play_at_every_joint_and_friction():
     """The crank too is held by contacts alone, and turned by a motor."""
     plain = jp.catalog.chunmei2002(clearance=dict.fromkeys("OABC", 2.9e-5), gear_ratio=3.0)
-    mechanism = rubbing(plain, SMOOTH)
+    mechanism = jointed(plain, friction=SMOOTH)
     found, _, states, solved, events = both(mechanism, 0.0, 0.04, [*MOTION, *TOUCH])
     for word, mine in zip(MOTION[:2], (states[:, 2:9:3], states[:, 11::3]), strict=True):
         agree(found[word], mine, 1e-9, word)

@@ -18,6 +18,7 @@ from jointplay.kinds import KINDS, Kind
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism.own import systems
 from jointplay.study.file import load, schema, validate
+from tests.support.linkages import jointed
 from tests.support.wrong import refused
 
 PAGE = (Path(__file__).parents[2] / "docs" / "developers.md").read_text(encoding="utf-8")
@@ -67,11 +68,8 @@ def test_a_law_of_contact_is_one_object(law):
 def test_a_law_that_was_added_moves_a_linkage(law, turns):
     plain = jp.catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
     contact = jp.Contact(law="quadratic", stiffness=1e12, damping=200)
-    joints = [joint.model_copy(update={"contact": contact}) for joint in plain.joints]
     words = ["normal_force", "penetration", "normal_velocity", "energy_residual", "drive_work"]
-    found = jp.simulate(
-        jp.Mechanism(**dict(plain) | {"joints": joints}), turns=turns, rtol=1e-9, record=words
-    )
+    found = jp.simulate(jointed(plain, contact=contact), turns=turns, rtol=1e-9, record=words)
     assert int(found.status) == 0
     assert found.sizes["event"] > 2 * turns
     touching = found.penetration.values > 1e-7

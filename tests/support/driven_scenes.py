@@ -30,6 +30,7 @@ from jointplay.study.models import build_mechanism
 from tests.analysis.test_rigid_bearing import rigid
 from tests.equations.test_groups import beside_a_group
 from tests.support.laws_grid import BEAM, FRICTION, NORMAL, PAIRS, mechanism
+from tests.support.linkages import altered, bending, jointed
 
 STUDIES = Path(__file__).parents[2] / "studies" / "own"
 PLAY = {"clearance": 2.9e-4, "gear_ratio": 3.0}
@@ -152,24 +153,14 @@ SYSTEMS = {  # system, start, duration
 }
 
 
-def pieces(record, **changes):
-    """A mechanism with other parts."""
-    return type(record)(**dict(record) | changes)
-
-
 def remade(plain, contact=None, friction=None):
     """A mechanism with another law and friction in every joint."""
-    made = {"friction": friction} | ({"contact": contact} if contact else {})
-    return pieces(plain, joints=tuple(joint.model_copy(update=made) for joint in plain.joints))
+    return jointed(plain, friction=friction, **({"contact": contact} if contact else {}))
 
 
 def bent(plain, **beams):
     """A mechanism with elastic links."""
-    links = (
-        Link(**dict(link) | {"elastic": True, "beam": beams[link.name]}) if link.name in beams else link
-        for link in plain.links
-    )
-    return pieces(plain, links=tuple(links))
+    return bending(plain, beams, plain.order)
 
 
 GENTLE = jp.Friction(law="tanh", coefficient=0.2, velocity=0.5)
@@ -227,7 +218,7 @@ WEIGHTS = {"crank": (PointMass(at=-0.02, mass=0.3),), "rocker": (PointMass(at=0.
 def weighted(plain):
     """Point masses on crank and rocker."""
     links = (Link(**dict(link) | {"masses": WEIGHTS.get(link.name, ())}) for link in plain.links)
-    return pieces(plain, links=tuple(links))
+    return altered(plain, links=tuple(links))
 
 
 def pinned(restitution, friction=0.0, speed=30.0, clearances=None):

@@ -22,6 +22,7 @@ from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import FACTORS, LAWS
 from jointplay.solver.mechanism.parts.drive import DRIVES
 from tests.equations.test_groups import beside_a_group
+from tests.support.linkages import altered, jointed
 
 KINDS = tuple(each.model_fields["kind"].default for each in DRIVES)
 
@@ -50,13 +51,7 @@ class Layout:
 
 def _group():
     plain = beside_a_group({"kind": "speed", "link": "crank", "speed": 30.0})
-    joints = [joint.model_copy(update={"clearance": 0.0}) for joint in plain.joints]
-    return pieces(plain, joints=tuple(joints))
-
-
-def pieces(record, **changes):
-    """A mechanism with other parts."""
-    return type(record)(**dict(record) | changes)
+    return jointed(plain, clearance=0.0)
 
 
 FOUR_BAR, SLIDER_CRANK = catalog.chunmei2002, catalog.slider_crank
@@ -275,7 +270,7 @@ def _loaded(made, layout: Layout, name: str, random, speed: float) -> dict[str, 
         return {"gravity_direction": random.uniform(-3, 3)}
     if name == "weights":
         point = {"at": made.link(crank).length * random.uniform(0.2, 0.9), "mass": random.uniform(0.05, 0.2)}
-        links = [pieces(x, masses=(point,)) if x.name == crank else x for x in made.links]
+        links = [altered(x, masses=(point,)) if x.name == crank else x for x in made.links]
         return {"links": tuple(links)}
     if name == "spring":
         ends = {"from": {"link": link, "at": at}, "to": {"link": "ground", "point": (-0.07, -0.05)}}
@@ -345,18 +340,18 @@ def scene(choice: Choice, seed: int) -> Scene:
                 }
             else:
                 data["radius"] = random.uniform(0.008, 0.016)
-        joints.append(type(joint)(**dict(joint) | data))
+        joints.append(altered(joint, **data))
     base = {
         "links": tuple(links),
         "joints": tuple(joints),
         "drive": _drive(choice["drive"], crank, random, speed),
     }
     base |= {"gravity": random.uniform(8.0, 12.0)}
-    made = pieces(plain, **base)
-    made = pieces(made, **_loaded(made, layout, choice["load"], random, speed))
+    made = altered(plain, **base)
+    made = altered(made, **_loaded(made, layout, choice["load"], random, speed))
     angle = 0.0 if choice["start"] == "zero" else random.uniform(0.2, 0.9)
     if choice["start"] == "lower":
-        made = pieces(made, branch="lower")
+        made = altered(made, branch="lower")
     initial = _start(made, choice, angle, speed, random)
     angle = initial["angle"][crank] if "angle" in initial else angle
     share = 0.03 if choice["joint"] == "group" else random.uniform(0.04, 0.07)

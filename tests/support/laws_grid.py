@@ -10,6 +10,7 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.solver.equations.laws import LAWS
 from tests.support.belt import TRIED, contact
+from tests.support.linkages import altered, jointed
 
 NORMAL = {name: contact(name) for name in LAWS}
 FRICTION = {"none": None} | TRIED
@@ -35,10 +36,9 @@ def mechanism(scene: str, normal: str, friction: str, elastic: bool) -> jp.Mecha
     """A scene under two laws, one of its links rigid or elastic."""
     bent, make = SCENES[scene]
     plain = make()
-    laws = {"contact": NORMAL[normal], "friction": FRICTION[friction]}
-    joints = [joint if joint.ideal else joint.model_copy(update=laws) for joint in plain.joints]
     links = [
         link.model_copy(update={"elastic": True, "beam": BEAM}) if elastic and link.name == bent else link
         for link in plain.links
     ]
-    return jp.Mechanism(**dict(plain) | {"joints": tuple(joints), "links": tuple(links)})
+    laws = {"contact": NORMAL[normal], "friction": FRICTION[friction]}
+    return jointed(altered(plain, links=tuple(links)), loose=True, **laws)

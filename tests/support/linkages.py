@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from jointplay.solver.mechanism import catalog
-from jointplay.solver.mechanism.parts.beam import Beam, Link
+from jointplay.solver.mechanism.parts.beam import Beam
 from jointplay.solver.mechanism.parts.joints import Contact, Friction
 from jointplay.solver.mechanism.records import ConstantSpeed, Mechanism
 from tests.reference.four_bar import FourBar, Parameters
@@ -20,6 +20,17 @@ SOFT = {  # so soft that stiffness, inertia of second order and gravity are of o
 }
 
 
+def altered(record, **changes):
+    """A record with other fields, checked."""
+    return type(record)(**dict(record) | changes)
+
+
+def jointed(plain: Mechanism, loose: bool = False, **data) -> Mechanism:
+    """A mechanism with other data in all its joints, or in the loose ones alone."""
+    joints = (joint if loose and joint.ideal else joint.model_copy(update=data) for joint in plain.joints)
+    return altered(plain, joints=tuple(joints))
+
+
 def mechanism(p: Parameters, clearance: dict[str, float], smooth: float | None = None) -> Mechanism:
     """The package's record of a mechanism of the reference; `smooth` is the velocity of friction by tanh."""
     plain = catalog.chunmei2002(clearance=clearance, gear_ratio=p.i, gravity=p.gravity)
@@ -27,22 +38,17 @@ def mechanism(p: Parameters, clearance: dict[str, float], smooth: float | None =
     law = "tanh" if smooth else "coulomb"
     sliding = Friction(law=law, coefficient=p.f, viscous=p.C_t, velocity=smooth)
     friction = sliding if p.f or p.C_t else None
-    fields = {name: getattr(plain, name) for name in type(plain).model_fields}
-    fields["joints"] = tuple(
-        joint.model_copy(update={"contact": contact, "friction": friction}) for joint in plain.joints
-    )
     drives = {"motor": plain.drive, "speed": ConstantSpeed(link="crank", speed=p.w0), "none": None}
-    return Mechanism(**fields | {"drive": drives[p.drive]})
+    return altered(jointed(plain, contact=contact, friction=friction), drive=drives[p.drive])
 
 
 def bending(rigid: Mechanism, beams: dict[str, Beam], order: str = "consistent") -> Mechanism:
     """The mechanism with elastic links, their beams by name."""
-    fields = {name: getattr(rigid, name) for name in Mechanism.model_fields}
     links = (
-        Link(**dict(link) | {"elastic": True, "beam": beams[link.name]}) if link.name in beams else link
+        altered(link, elastic=True, beam=beams[link.name]) if link.name in beams else link
         for link in rigid.links
     )
-    return Mechanism(**fields | {"links": tuple(links), "order": order})
+    return altered(rigid, links=tuple(links), order=order)
 
 
 def start(p: Parameters) -> dict[str, float]:
