@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
+from jointplay.display.errors import InputError
 from jointplay.solver.mechanism.loops.ideal import Closure, ideal_configuration
 from jointplay.solver.mechanism.loops.positions import origins, pin_positions
+from jointplay.solver.mechanism.records import Mechanism
 
 
 @pytest.mark.parametrize("slides", [True, False])
@@ -42,3 +44,20 @@ def test_a_journal_is_as_far_from_its_bearing_as_recorded():
         moved["slider"][:, 0], slide["G"] + loose.joint("G").bearing.point[0], atol=2e-5
     )
     np.testing.assert_allclose(ends[0] - ends[1], away, atol=4e-5)
+
+
+def test_a_place_that_hangs_on_a_slide_needs_it():
+    links = [{"name": "cart", "length": 0.1, "mass": 1.0, "inertia_centre": 1e-3, "centre": 0}]
+    guide = {
+        "name": "G",
+        "kind": "prismatic",
+        "journal": {"link": "cart"},
+        "bearing": {"link": "ground", "point": [0, 0]},
+    }
+    mechanism = Mechanism(name="cart", links=links, joints=[guide])
+    angles = {"cart": np.zeros(2)}
+    assert origins(mechanism, angles, slides={"G": np.array([0.1, 0.2])})["cart"][:, 0] == pytest.approx(
+        [0.1, 0.2]
+    )
+    with pytest.raises(InputError, match="no slide_position'; a response that records slide_position is"):
+        origins(mechanism, angles)

@@ -275,6 +275,22 @@ def test_a_sliders_corners_stand_where_its_tilt_and_rise_put_them():
     assert words[2].startswith(f"{forces.max():.3g} N (largest ")
 
 
+@pytest.mark.parametrize("clearance", [0, {"G": 1e-4}])
+def test_a_slide_that_was_not_recorded_follows_from_the_links(clearance):
+    mechanism = jp.catalog.slider_crank(clearance=clearance)
+    record = (
+        ["angle", "journal_x", "journal_y", "slide_position"] if clearance else ["angle", "slide_position"]
+    )
+    whole = jp.simulate(mechanism, turns=1, record=record)
+    reach = [
+        scene(mechanism, places(mechanism, motion), None).sketch.reach["G"]
+        for motion in (whole, whole.drop_vars("slide_position"))
+    ]
+    assert reach[1] == pytest.approx(reach[0], abs=1e-6)
+    ways = whole["slide_position"].values
+    assert reach[0] == pytest.approx((ways.min(), ways.max()), abs=1e-6)
+
+
 def test_every_loose_joint_is_shown_or_the_one_that_is_asked_for():
     mechanism, data = loose_guide()
     motion = places(mechanism, data)

@@ -16,7 +16,7 @@ from jointplay.display import codes
 from jointplay.display.number_text import measure
 from jointplay.figures.drawing import select, timebase
 from jointplay.figures.linkage import guide
-from jointplay.figures.linkage.sketch import Sketch
+from jointplay.figures.linkage.sketch import Sketch, slide
 from jointplay.solver.mechanism.parts.joints import Joint
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.mechanism.start import Pose
@@ -146,9 +146,8 @@ class Scene:
         slides = {}
         for joint in self.mechanism.joints:
             if joint.prismatic:
-                label = (*joint.contacts, joint.name)[0]  # with play its corners slide as it does
-                way = self.motion["slide_position"].sel(joint=label).values
-                slides[joint.name] = (float(way.min()), float(way.max()))
+                ways = [slide(self.pose(i), joint) for i in range(self.times.size)]
+                slides[joint.name] = (min(ways), max(ways))
         return Sketch(self.mechanism, MM, slides)
 
     @cached_property

@@ -127,8 +127,7 @@ class Sketch:
             ground = joint.bearing.link == GROUND
             base, angle = self.at(pose, joint.bearing), pose.direction(joint.bearing)
             along = np.array([np.cos(angle), np.sin(angle)])
-            now = along @ (self.at(pose, joint.journal) - base)
-            low, high = (self.factor * s for s in self.reach.get(joint.name, (now / self.factor,) * 2))
+            low, high = (self.factor * s for s in self.reach.get(joint.name, (slide(pose, joint),) * 2))
             beyond = PLAY * size + (0.0 if joint.ideal else self.factor * joint.half_length)
             ends = base + np.outer([low - beyond, high + beyond], along)
             if joint.ideal:
@@ -228,6 +227,13 @@ class Sketch:
                 names.along(ends, spring.name, 4.5, **slanted)
         for load in self.mechanism.loads:
             names.around(self._spot(pose, load), load.name, 7.0, color=symbols.ACTION)
+
+
+def slide(pose: Pose, joint: Joint) -> float:
+    """How far along its guide a slider is, m."""
+    angle = pose.direction(joint.bearing)
+    apart = pose.point(joint.journal) - pose.point(joint.bearing)
+    return float(apart @ np.array([np.cos(angle), np.sin(angle)]))
 
 
 def gravity(ax: Axes, mechanism: Mechanism, points: np.ndarray) -> None:

@@ -6,7 +6,8 @@ With all angles known the joints are linear in the origins o: a revolute one ask
 
 r its recorded eccentricity or 0; a prismatic one for n.(P_journal - P_bearing) = 0, if it has no clearance,
 and along the guide for its recorded slide. What is not recorded is taken as closed; where that contradicts,
-as of unrecorded play, it is shared out among the joints. Units: m, rad.
+as of unrecorded play, it is shared out among the joints. Where slides that were not recorded leave a link
+free to move, as of a carriage on a spring, there is no answer. Units: m, rad.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from jointplay.display.errors import refuse
 from jointplay.solver.mechanism.base import GROUND
 from jointplay.solver.mechanism.parts.joints import Joint, Pin
 from jointplay.solver.mechanism.records import Mechanism
@@ -42,6 +44,11 @@ def origins(
     -------
     dict of str to ndarray, shape (samples, 2)
         By link, m.
+
+    Raises
+    ------
+    InputError
+        If a place hangs on a slide that was not recorded.
     """
     names = [link.name for link in mechanism.links]
     rows, right = [], []
@@ -58,7 +65,10 @@ def origins(
         else:
             rows.append(np.broadcast_to(slope, (len(known), *slope.shape)))
             right.append((eccentricities or {}).get(joint.name, 0.0) - known)
-    found = np.linalg.pinv(np.concatenate(rows, 1)) @ np.concatenate(right, 1)[..., None]
+    slopes = np.concatenate(rows, 1)
+    if np.linalg.matrix_rank(slopes).max() < slopes.shape[2]:
+        raise refuse("no slide_position", "a response that records slide_position is accepted", "motion")
+    found = np.linalg.pinv(slopes) @ np.concatenate(right, 1)[..., None]
     return {name: found[:, 2 * i : 2 * i + 2, 0] for i, name in enumerate(names)}
 
 
