@@ -14,7 +14,8 @@ from PIL import Image
 import jointplay as jp
 from jointplay import cli
 from jointplay.display.errors import InputError
-from jointplay.figures.linkage import film, guide
+from jointplay.figures.drawing import style
+from jointplay.figures.linkage import bearing, film, guide
 from jointplay.figures.linkage.film import film_sheet
 from jointplay.figures.linkage.scene import scene, spread
 from jointplay.study.results import animate

@@ -43,6 +43,7 @@ DENSE = 3000  # samples of a path, from which it is drawn thinner
 SEEN = 1e-4  # of the radius of the clearance circle: what a print cannot show
 LONGEST_PERIOD = 16
 SCATTER = 50.0  # half an axis over the scatter of points that are one
+PLAIN_PATH = {"color": style.BLACK, "linewidth": 0.6, "label": "path (modes not recorded)"}
 EMPTY = "No samples in this run"
 NOTE = 7.0  # mm of height for the status of the run
 DOUBT = 0.12  # of a panel's height for a line above the curves
@@ -110,7 +111,7 @@ def path(
         x, y, touching = smooth(times, x, y, touching, touches)
         contact = None if contact is None else touching
     if contact is None:
-        curve(ax, x, y, color=style.BLACK, linewidth=0.6, label="path (modes not recorded)")
+        curve(ax, x, y, **PLAIN_PATH)
         return
     free = ~contact
     joined = free | neighbours(free)  # flight is drawn up to the contact samples

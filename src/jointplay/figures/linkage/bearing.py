@@ -44,8 +44,10 @@ def enlargement(ax: Axes, joint: Joint) -> None:
 
 def moment(ax: Axes, loose, i: int, first: int) -> symbols.Artists:
     """Draw the journal's centre at a sample and its path from another on."""
-    (x, y), touching = loose.journal[first : i + 1, 0].T, loose.contact[first : i + 1, 0]
-    found = []
+    x, y = loose.journal[first : i + 1, 0].T
+    if loose.contact is None:
+        return ax.plot(x, y, **artists.PLAIN_PATH, zorder=4) + still(ax, *loose.journal[i, 0])
+    found, touching = [], loose.contact[first : i + 1, 0]
     for where, look in ((~touching, style.IN_FLIGHT), (touching, style.IN_CONTACT)):
         shown = where | artists.neighbours(where) if look is style.IN_FLIGHT else where
         found += ax.plot(x, np.where(shown, y, np.nan), **{**look, "label": "_"}, zorder=4)

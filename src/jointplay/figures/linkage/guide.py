@@ -27,6 +27,7 @@ PUSH = 0.75  # of the largest force, as an arrow
 EDGE = (-BESIDE, 0.0)  # where what it enlarges is pointed at
 OUTLINE = [0, 1, 3, 2]  # corners, in the order of `CORNERS`, around the block
 SIDES = np.array(list(CORNERS.values()))  # of the corners: along and across
+UNKNOWN = "unknown"
 # mode: sign, filled, words
 MARKS = {
     "free": ("o", False, "free"),
@@ -36,6 +37,7 @@ MARKS = {
     "slip_negative": ("<", True, "slips back"),
     "stick": ("s", True, "sticks"),
     "rest": ("s", True, "rests"),
+    UNKNOWN: ("o", False, "corner (modes not recorded)"),
 }
 
 
@@ -103,7 +105,7 @@ def moment(ax: Axes, loose, i: int, first: int) -> symbols.Artists:
 def mark(mode: str) -> dict:
     """Style of a corner in a mode: dark and filled in contact, light and hollow in flight."""
     sign, filled, _ = MARKS[mode]
-    edge = style.IN_CONTACT["color"] if filled else style.AMBER
+    edge = style.IN_CONTACT["color"] if filled else style.GREY if mode == UNKNOWN else style.AMBER
     look = {"markerfacecolor": edge if filled else "white", "markeredgecolor": edge, "linestyle": "none"}
     return look | {"marker": sign, "markersize": 5.0, "markeredgewidth": 0.9, "zorder": 9}
 

@@ -252,16 +252,16 @@ class Loose:
 
     @cached_property
     def modes(self) -> np.ndarray:
-        """Modes of its contacts, shape (time, contacts); contact, where they were not recorded."""
+        """Modes of its contacts, shape (time, contacts)."""
         if "mode" not in self.scene.motion:
-            return np.full((self.scene.times.size, len(self.joint.contacts)), "contact")
+            return np.full((self.scene.times.size, len(self.joint.contacts)), guide.UNKNOWN)
         meanings = codes.flags(self.scene.motion["mode"])
         return np.array([*meanings.values()])[np.searchsorted([*meanings], self._of("mode"))]
 
     @cached_property
-    def contact(self) -> np.ndarray:
-        """Whether contacts carry a force, shape (time, contacts)."""
-        return ~np.isin(self.modes, ["free", "released"])
+    def contact(self) -> np.ndarray | None:
+        """Whether contacts carry a force, shape (time, contacts); None, where modes were not recorded."""
+        return ~np.isin(self.modes, ["free", "released"]) if "mode" in self.scene.motion else None
 
     @cached_property
     def force(self) -> np.ndarray:
