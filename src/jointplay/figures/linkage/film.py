@@ -10,7 +10,7 @@ import numpy as np
 
 from jointplay.display.number_text import measure
 from jointplay.figures.drawing import artists, envelope, style
-from jointplay.figures.linkage import enlarged, guide, symbols
+from jointplay.figures.linkage import enlarged, symbols
 from jointplay.figures.linkage.scene import Loose, Scene, spread
 from jointplay.figures.linkage.sketch import gravity
 
@@ -92,11 +92,8 @@ def history(ax: Axes, scene: Scene) -> None:
     """Draw the forces over the whole time: of a bearing, of each face of a guide."""
     curves, beyond = {}, {}
     for loose in scene.enlarged:
-        if loose.joint.prismatic:
-            curves[f"{loose.joint.name}, upper face"] = loose.force[:, guide.SIDES[:, 1] > 0].sum(1)
-            curves[f"{loose.joint.name}, lower face"] = loose.force[:, guide.SIDES[:, 1] < 0].sum(1)
-        else:
-            curves[loose.joint.name] = loose.force[:, 0]
+        curves |= loose.curves
+        if not loose.joint.prismatic:
             beyond[loose.joint.name] = loose.lowest[:, 0], loose.highest[:, 0]
     for number, (name, force) in enumerate(curves.items()):
         look = LINES[number % len(LINES)] | {"linewidth": 0.6 if number < len(LINES) else 1.2}
@@ -127,7 +124,7 @@ def inside(ax: Axes, scene: Scene, loose: Loose, i: int, of_all: str = " (larges
     found = kind.moment(ax, loose, i, scene.before(i))
     if not scene.forces:
         return found
-    words = measure(loose.felt(i), "N", 3) + of_all.format(measure(loose.peak, "N", 3))
+    words = measure(loose.felt(i), "N", 3) + of_all.format(measure(loose.most.max(), "N", 3))
     found.append(ax.text(0.0, ax.get_ylim()[1] + 0.05, words, ha="center", va="bottom"))
     turned = scene.pose(i).direction(loose.joint.bearing) if loose.joint.prismatic else 0.0
     for k, angle, share in loose.pushes(i):  # a guide's panel is in line with it

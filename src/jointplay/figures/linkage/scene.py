@@ -285,13 +285,29 @@ class Loose:
         return self._beyond("lowest")
 
     @cached_property
+    def curves(self) -> dict[str, np.ndarray]:
+        """The force, N, in a bearing, or on each face of a guide."""
+        name = self.joint.name
+        if not self.joint.prismatic:
+            return {name: self.force[:, 0]}
+        faces = {"upper": 1, "lower": -1}
+        return {f"{name}, {word} face": self.force @ (guide.SIDES[:, 1] == s) for word, s in faces.items()}
+
+    @cached_property
+    def most(self) -> np.ndarray:
+        """The largest of its curves, N, and in a bearing the highest since the sample before."""
+        return self.highest[:, 0] if not self.joint.prismatic else np.max([*self.curves.values()], axis=0)
+
+    @cached_property
     def peak(self) -> float:
-        """The largest force, N."""
+        """The largest force of one contact, N."""
         return float(max(np.max(np.abs(self.force), initial=1e-300), self.highest.max()))
 
     def felt(self, i: int) -> float:
-        """The largest normal force at a sample, N; at that of the impact, right before and after it too."""
-        return self.highest[i : i + 2].max() if i == self.scene.struck else self.force[i].max()
+        """The largest force at a sample, N; at that of the impact, right before and after it too."""
+        if i == self.scene.struck:
+            return self.most[i : i + 2].max()
+        return max(curve[i] for curve in self.curves.values())
 
     def pushes(self, i: int) -> list[tuple[int, float, float]]:
         """Contacts with a force worth drawing: number, direction, rad, and share of the largest force."""
