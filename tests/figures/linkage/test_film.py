@@ -273,7 +273,11 @@ def test_a_sliders_corners_stand_where_its_tilt_and_rise_put_them():
     assert any({*map(tuple, np.round(xy, 6))} == {*map(tuple, np.round(whole, 6))} for xy in blocks)
     words = [each.get_text() for each in drawn if hasattr(each, "get_text")]
     assert len(words) == 3
-    assert words[2].startswith(f"{forces.max():.3g} N (largest ")
+    faces = np.maximum(*np.stack([shown.enlarged[1].force @ (sides[:, 1] == s) for s in (1, -1)]))
+    assert faces[4] > forces.max()  # two corners on one face push together, as the curve below says
+    assert words[2] == f"{faces[4]:.3g} N (largest {faces.max():.3g} N)"
+    heights = [line.get_ydata() for line in axes["f"].lines if line.get_label().endswith("face")]
+    assert np.max(heights) == pytest.approx(faces.max())
 
 
 @pytest.mark.parametrize("clearance", [0, {"G": 1e-4}])
@@ -290,6 +294,25 @@ def test_a_slide_that_was_not_recorded_follows_from_the_links(clearance):
     assert reach[1] == pytest.approx(reach[0], abs=1e-6)
     ways = whole["slide_position"].values
     assert reach[0] == pytest.approx((ways.min(), ways.max()), abs=1e-6)
+
+
+def test_contact_is_not_claimed_where_modes_were_not_recorded(shown):
+    mechanism, data = loose_guide()
+    unknown = scene(mechanism, places(mechanism, data.drop_vars("mode")), None)
+    told = [each.get_text() for each in film_sheet(unknown, 2).legends[0].get_texts()]
+    assert told == ["corner (modes not recorded)"]
+    _, axes = film.stage(shown)  # of the four-bar, whose modes were not recorded either
+    trail, *_ = bearing.moment(axes["b:B"], shown.enlarged[0], 20, 0)
+    assert (trail.get_color(), trail.get_xdata().size) == (style.BLACK, 21)
+
+
+def test_titles_of_a_tall_mechanism_have_the_width_of_their_column():
+    table = jp.catalog.slider_crank(clearance=0, crank=0.02, rod=0.14).model_dump(exclude_none=True)
+    for side in ("journal", "bearing"):
+        table["joints"][-1][side]["direction"] = np.pi / 2
+    mechanism = jp.Mechanism.model_validate(table | {"guess": {"crank": 1.5, "rod": 1.5}})
+    sheet = film_sheet(scene(mechanism, places(mechanism, slides(mechanism)), None), 4)
+    assert all(ax.get_window_extent().width > 35 / 45 * sheet.bbox.width / 4 for ax in sheet.axes)
 
 
 def test_every_loose_joint_is_shown_or_the_one_that_is_asked_for():

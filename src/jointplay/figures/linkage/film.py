@@ -26,6 +26,7 @@ LINES = [{"color": colour, "linestyle": dashes} for colour, dashes in DASHES]
 TRACE = {"color": style.GREY, "linewidth": 0.5, "linestyle": "-", "zorder": 1}
 CURSOR = {"color": style.WARNING, "linewidth": 0.8, "linestyle": "-", "zorder": 5}
 COLUMNS = 4
+WIDE_ENOUGH = 1.7  # of its height: a linkage's panel on a sheet
 LINKAGE, PANEL = 34.0, 29.0  # mm of height, with words: a linkage, a joint enlarged
 
 
@@ -155,6 +156,8 @@ def film_sheet(scene: Scene, count: int) -> Figure:
         row, column = number // columns * panels, number % columns
         ax = figure.add_subplot(grid[row, column])
         scene.sketch.frame(ax, scene.poses)
+        beyond = max(WIDE_ENOUGH * np.ptp(ax.get_ylim()) - np.ptp(ax.get_xlim()), 0.0) / 2
+        ax.set_xlim(ax.get_xlim() + beyond * np.array([-1, 1]))  # a title has the panel's width
         scene.sketch.draw(ax, scene.pose(i), actions=False)
         if not number:
             gravity(ax, scene.mechanism, scene.sketch.corners(scene.poses))
