@@ -4,7 +4,6 @@
 const followed = (() => {
   const POINTS = 4096; // of the section: the last ones
   const MOST = 4000; // turns after which it rests
-  const SAMPLES = 1024; // of a turn, where largest forces are looked for: in all that decide a verdict
 
   // `view` and `clearance` give what is looked at, and the clearance there as it is.
   function made({ view, clearance, contacts, limits }) {
@@ -119,8 +118,9 @@ const followed = (() => {
       jointplay.element("live-points").textContent = `${count} section points${drawn}`;
     }
 
-    const samples = () => (seen.turns < verdict.SETTLE + verdict.LOOKED_AT ? SAMPLES : 0);
-    return { add, beside, draw, ended, placed, renew, samples, tolerance, turns: () => seen.turns, status: () => seen.status };
+    // Whether largest forces are looked for within steps too: in all turns that decide a verdict.
+    const closely = () => seen.turns < verdict.SETTLE + verdict.LOOKED_AT;
+    return { add, beside, closely, draw, ended, placed, renew, tolerance, turns: () => seen.turns, status: () => seen.status };
   }
 
   return { MOST, made };

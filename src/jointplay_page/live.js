@@ -205,7 +205,7 @@ if (jointplay.data.live) {
   }
 
   function askOn() {
-    ask("on", { budget: BUDGET, most: followed.MOST - ahead.turns(), samples: ahead.samples() });
+    ask("on", { budget: BUDGET, most: followed.MOST - ahead.turns(), closely: ahead.closely() });
   }
 
   function play() {

@@ -97,11 +97,11 @@ const apart = (events) => events.filter((each) => APART.includes(each.kind)).map
 
 // As many turns as the budget affords, whole ones: the section points of each, what its tangent grew by, separations,
 // largest forces and impact speeds.
-function on({ budget, most, samples }) {
+function on({ budget, most, closely }) {
   const end = performance.now() + budget;
   const found = { section: [], growth: [], apart: [], largest: [], status: "" };
   while (!found.status && found.growth.length < most && performance.now() < end) {
-    const out = ahead.run(1, { samples, tangent: true, extremes: true, budget_ms: BUDGET });
+    const out = ahead.run(1, { closely, tangent: true, extremes: true, budget_ms: BUDGET });
     found.status = ended(out, 1);
     lost = lost || found.status !== "";
     if (lost) break;
@@ -129,7 +129,7 @@ function scan({ values, key, across, list, line, transient, kept, samples }) {
       return out;
     };
     if (transient) followed(transient);
-    const parts = [followed(kept - SEEN, { extremes: true }), followed(SEEN, { extremes: true, samples: SEEN * samples })];
+    const parts = [followed(kept - SEEN, { extremes: true }), followed(SEEN, { extremes: true, closely: true })];
     if (row.status) reset();
     else {
       row.section = points(ahead, parts.flatMap((each) => each.section));

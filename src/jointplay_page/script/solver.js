@@ -5,6 +5,7 @@ function makeSolver(data) {
   const FAR = 2; // clearances: further out, a motion begins at its start
   const LANES = 8;
   const PIECE = 32; // attempts between two looks at the clock
+  const WITHIN = 8; // samples of a step, where a motion is looked at closely
   const [STEPS, REJECTED, FAILED, , , , SAMPLES, LOGGED, , BASE_SET, SMOOTH, , LEVELS_PASSED, STARTED] = data.places_of.count;
   const { H, LEVEL, GROWTH } = data.places_of.real;
   const { OK, FULL, STEP_LIMIT } = data.codes;
@@ -244,52 +245,69 @@ function makeSolver(data) {
   const onlyShown = (found) => Object.fromEntries(Object.entries(found).filter(([name]) => shown.has(name)));
   const measured = (taken) => onlyShown(evaluated(taken));
 
-  // Largest force of each joint, and largest speed with which contact begins there, over the points of a run. Between even
+  // Largest force of each joint, and largest speed with which contact begins there, over the points of a run. Between
   // samples without an event among them a parabola goes on.
   function largest({ steps, before, events }, taken) {
-    const [even, own] = [taken, [...steps, ...before]].map(evaluated);
+    const [among, own] = [taken, [...steps, ...before]].map(evaluated);
     const sizes = (all, label) => (all.reaction && label in all.reaction ? all.reaction[label] : all.normal_force[label].map((each, i) => Math.hypot(each, across(all, label)[i] || 0)));
     const across = (all, label) => (all.tangential_force && all.tangential_force[label]) || [];
-    const between = (i) => events.some(({ time }) => time >= even.time[i - 1] && time <= even.time[i + 1]);
+    const between = (i) => events.some(({ time }) => time >= among.time[i - 1] && time <= among.time[i + 1]);
     const top = (y) => y.reduce((most, here, i) => {
-      const [left, right] = [y[i - 1], y[i + 1]];
-      const bend = 2 * here - left - right;
-      const risen = bend > 0 && here >= left && here >= right ? here + (right - left) ** 2 / (8 * bend) : here;
+      const [rise, fall] = [i - 1, i + 1].map((k) => (y[k] - here) / (among.time[k] - among.time[i])); // slopes
+      const bend = (rise - fall) / (among.time[i + 1] - among.time[i - 1]);
+      const slope = rise + bend * (among.time[i - 1] - among.time[i]);
+      const risen = bend > 0 && rise >= 0 && fall <= 0 ? here + slope ** 2 / (4 * bend) : here;
       return risen > most ? Math.max(most, risen === here || between(i) ? here : risen) : most;
     }, 0);
     const most = (series) => series.reduce((found, each) => Math.max(found, Math.abs(each) || 0), 0);
-    const labels = [even.normal_force, even.reaction].flatMap((table) => Object.keys(table || {}));
-    const force = labels.map((label) => [label, Math.max(top(sizes(even, label)), most(sizes(own, label)))]);
+    const labels = [among.normal_force, among.reaction].flatMap((table) => Object.keys(table || {}));
+    const force = labels.map((label) => [label, Math.max(top(sizes(among, label)), most(sizes(own, label)))]);
     const hits = events.map(({ joint, kind }) => (kind === "contact" || kind === "impact" ? joint : ""));
     const speeds = Object.entries(evaluated(before).normal_velocity || {});
     const speed = speeds.map(([label, series]) => [label, most(series.filter((_, i) => hits[i] === label))]);
     return { largest: { force: Object.fromEntries(force), speed: Object.fromEntries(speed) } };
   }
 
-  function run(length, { samples = 0, tangent = false, extremes = false, budget_ms = Infinity } = {}) {
+  // Sample the step that comes, and as much more as the next ones may be shorter; where it is in fact short, as the one
+  // before was, more finely.
+  function ahead(before) {
+    const apart = Math.min(motion.real[H], Math.max(2 * before, motion.real[H] / WITHIN)) / WITHIN;
+    motion.sample_times.forEach((_, i, times) => { times[i] = motion.s[0] + (i + 1) * apart; });
+    motion.count[SAMPLES] = 0;
+  }
+
+  // `samples` are even ones; without any, `closely` takes some within each step.
+  function run(length, { samples = 0, closely = false, tangent = false, extremes = false, budget_ms = Infinity } = {}) {
     const found = { events: [], section: [], steps: [], before: [], doubts: 0 };
     options.log_steps = Number(extremes);
     const from = motion.s[0];
-    if (motion.samples.length !== samples) {
-      motion.samples = rows(samples, width);
-      motion.sample_times = new Float64Array(samples);
+    const count = closely ? WITHIN * WITHIN : samples;
+    if (motion.samples.length !== count) {
+      motion.samples = rows(count, width);
+      motion.sample_times = new Float64Array(count);
     }
     for (let i = 0; i < samples; i += 1) motion.sample_times[i] = i + 1 < samples ? from + ((i + 1) / samples) * length * period : from + length * period;
     motion.count[SAMPLES] = 0;
     options.t_end = from + length * period;
     const until = performance.now() + budget_ms;
+    const taken = [];
     let code = STEP_LIMIT;
+    let passed = Infinity; // in the last step
     while (code === STEP_LIMIT || code === FULL) {
       if (performance.now() > until) break;
-      options.max_steps = motion.count[STEPS] + motion.count[REJECTED] + motion.count[FAILED] + PIECE;
+      const at = motion.s[0];
+      if (closely) ahead(passed);
+      options.max_steps = motion.count[STEPS] + motion.count[REJECTED] + motion.count[FAILED] + (closely ? 1 : PIECE);
       code = flow$run(functions, work, motion, options, variations, tangent ? tangents : null);
       drained(found);
+      if (closely) taken.push(...motion.samples.slice(0, motion.count[SAMPLES]).map((row) => row.slice()));
+      passed = motion.s[0] - at || passed;
     }
     const done = (motion.s[0] - from) / period;
     turns += done;
     const status = data.statuses[code === STEP_LIMIT || code === FULL ? OK : code];
     const exponent = { sum: tangents.logs[tangents.logs.length - 1], turns }; // -Infinity where sticking took the direction away
-    const taken = motion.samples.slice(0, motion.count[SAMPLES]);
+    if (!closely) taken.push(...motion.samples.slice(0, motion.count[SAMPLES]));
     last = evaluated(taken);
     const { events, section, doubts } = found;
     const rest = { events, section, doubts, exponent, ...(extremes && largest(found, taken)) };
