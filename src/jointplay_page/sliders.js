@@ -15,6 +15,14 @@ const sliders = (() => {
     return Number(value.toPrecision(6));
   }
 
+  // A number as a narrow field shows it and takes it: with a power of ten where it is long.
+  function typed(value) {
+    const [whole, short] = [6, 4].map((digits) => Number(value.toPrecision(digits)));
+    const size = Math.abs(whole);
+    if (size >= 1e6 || (size > 0 && size < 1e-3)) return short.toExponential().replace("+", "");
+    return String(String(whole).length > 8 ? short : whole);
+  }
+
   function node(tag, properties, ...inside) {
     const found = Object.assign(document.createElement(tag), properties);
     found.append(...inside);
@@ -49,7 +57,7 @@ const sliders = (() => {
     const shown = Number((held[key] * factor).toPrecision(6));
     range.value = along(parameter, held[key]);
     range.setAttribute("aria-valuetext", `${shown} ${parameter.unit}`.trim());
-    document.getElementById(`live-${key}-exact`).value = shown;
+    document.getElementById(`live-${key}-exact`).value = typed(held[key] * factor);
     document.getElementById(`live-${key}-end`).textContent = atEnd(parameter, held[key]);
   }
 
@@ -66,5 +74,7 @@ const sliders = (() => {
     return node("p", { className: "note" }, `${label}, ${plots.text(value * factor)}${unit && ` ${unit}`}, cannot be moved: ${why}.`);
   }
 
-  return { fixed, made, show };
+  return { fixed, made, show, typed };
 })();
+
+if (typeof module !== "undefined") module.exports = sliders;

@@ -262,6 +262,32 @@ def test_sliders_of_a_drawing_move_one_number_each():
 
 
 @pytest.mark.nightly
+def test_a_stiffness_by_a_power_of_the_depth_has_its_unit():
+    data = solver(jp.catalog.slider_crank(clearance={"B": 1e-4})).data
+    units = {each["key"]: each["unit"] for each in data["parameters"] + data["fixed"]}
+    assert units["stiffness.B"] == "N m⁻¹"
+    data = solver(grid("four_bar", "flores", "none", False)).data
+    units = {each["key"]: each["unit"] for each in data["parameters"] + data["fixed"]}
+    assert units["stiffness.B"] == "N/m^1.5"
+
+
+def test_a_number_is_shown_as_its_field_has_room(tmp_path):
+    wide = [8.6727600e10, 259311000.0, -1234567.0, 123.456, 0.123456789, 0.00123456, 1.234567e-5, 0.0, 290.0]
+    found = ran(live.own("sliders.js"), wide, "return data.map(sliders.typed);", tmp_path)
+    assert found == [
+        "8.673e10",
+        "2.593e8",
+        "-1.235e6",
+        "123.456",
+        "0.123457",
+        "0.001235",
+        "1.235e-5",
+        "0",
+        "290",
+    ]
+
+
+@pytest.mark.nightly
 def test_lengths_end_where_the_crank_can_no_longer_turn():
     """Grashof: the crank is the shortest, and with the longest no longer than the other two together."""
     given = {each["key"]: each for each in solver(SCENES["C"]()).data["parameters"]}

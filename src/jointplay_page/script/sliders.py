@@ -34,7 +34,8 @@ from jointplay.display.errors import InputError
 from jointplay.display.number_text import PLAIN, raised, shown
 from jointplay.solver.mechanism.base import is_number
 from jointplay.solver.mechanism.parameters import Parameter
-from jointplay.solver.mechanism.paths import parts_of
+from jointplay.solver.mechanism.parts.joints import per_power
+from jointplay.solver.mechanism.paths import part_at, parts_of
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 START = 1e-3  # what forms may leave of a start, in its tolerated errors
@@ -253,12 +254,15 @@ def _together(
 
 
 def _described(slider: Slider) -> dict[str, Any]:
-    unit = shown(slider.value, slider.parameter.cf_units)
+    unit, power = shown(slider.value, slider.parameter.cf_units), {}
+    if slider.parameter.key.endswith(".contact.stiffness"):
+        contact, _ = part_at(slider.parameter.mechanism, slider.parameter.key.removesuffix(".stiffness"), "")
+        power = per_power(contact.law, contact.parameters)
     return {
         "key": slider.key,
         "paths": parts_of(slider.parameter.key),
         "label": slider.parameter.noun,
-        "unit": "" if unit.symbol in PLAIN.values() else raised(unit.symbol),
+        "unit": power.get("stiffness", "" if unit.symbol in PLAIN.values() else raised(unit.symbol)),
         "factor": unit.factor,
         "value": slider.value,
         "min": slider.low,

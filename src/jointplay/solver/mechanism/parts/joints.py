@@ -394,7 +394,7 @@ class Contact(Record):
         data, wrong = _with_their_parts(data)
         law, further = data.get("law", "kelvin_voigt"), data.get("parameters", {})
         given = {key: data.get(key) for key in _BESIDE} | {place_of(name): x for name, x in further.items()}
-        values, problems = checked_numbers(law, LAWS, given, place=place_of, units=_per_power(law, further))
+        values, problems = checked_numbers(law, LAWS, given, place=place_of, units=per_power(law, further))
         follow = data.get("parts") is not None  # in a joint
         problems = wrong + [problem for problem in problems if not (follow and problem.given is NOTHING)]
         own = {key: values.get(key) for key in _BESIDE}
@@ -459,8 +459,8 @@ def _with_their_parts(data: Mapping[str, Any]) -> tuple[Mapping[str, Any], list[
     return data, problems
 
 
-def _per_power(law: Any, further: Mapping[str, Any]) -> dict[str, str]:
+def per_power(law: Any, further: Mapping[str, Any]) -> dict[str, str]:
     """Units of the stiffness of a law with a power of u, N/m^n."""
     numbers = LAWS[law].numbers if isinstance(law, str) and law in LAWS else {}
     power = further.get("exponent", numbers["exponent"].usual) if "exponent" in numbers else None
-    return {"stiffness": f"N/m^{power:g}"} if is_number(power) else {}
+    return {"stiffness": f"N/m^{power:.4g}"} if is_number(power) else {}
