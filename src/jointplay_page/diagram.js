@@ -161,7 +161,7 @@ if (jointplay.data.live) {
 
   // What a row says of the joint that is looked at, or of all; and its grade.
   function hardness(row) {
-    const joint = tools.view().name;
+    const joint = tools.view().circle && tools.view().name;
     const of = (table) => (table ? table[joint] ?? Math.max(...Object.values(table)) : NaN);
     const merged = (name) => row.largest.reduce((found, each) => {
       Object.entries(each[name]).forEach(([key, value]) => { found[key] = Math.max(found[key] || 0, value); });

@@ -90,9 +90,11 @@ def with_ideal(found: dict[str, Any], mechanism: Mechanism | TestSystem) -> dict
 
 
 def views(mechanism: Mechanism | TestSystem, states: list[str]) -> list[dict[str, Any]]:
-    """Return the views to draw: of a linkage one of each bearing with clearance, else one plane."""
-    bearings = [joint for joint in getattr(mechanism, "clearance_joints", ()) if not joint.prismatic]
-    return [of_bearing(joint) for joint in bearings] or [of_plane(mechanism, states)]
+    """Return the views to draw: one of each bearing with clearance, else of each guide; else one plane."""
+    loose = getattr(mechanism, "clearance_joints", ())
+    found = [of_bearing(joint) for joint in loose if not joint.prismatic]
+    plane = of_plane(mechanism, states)
+    return found or [of_guide(joint, plane) for joint in loose] or [plane]
 
 
 def of_bearing(joint: Joint) -> dict[str, Any]:
@@ -110,6 +112,12 @@ def of_bearing(joint: Joint) -> dict[str, Any]:
         "clearance": f"clearance.{name}",
         "section": {"of": journal, "words": words},
     }
+
+
+def of_guide(joint: Joint, plane: dict[str, Any]) -> dict[str, Any]:
+    """Return the view of a guide: the plane of a mechanism without play, the force of all its corners."""
+    words = [*plane["words"][:2], f"Force at {joint.name}, all corners (N)"]
+    return plane | {"name": joint.name, "force": ["normal_force", *joint.contacts], "words": words}
 
 
 def of_plane(mechanism: Mechanism | TestSystem, states: list[str]) -> dict[str, Any]:
@@ -165,9 +173,9 @@ def section(found: dict[str, Any]) -> str:
     """Return the place of a page where it computes."""
     circle = found["views"][0]["circle"]
     choice = "".join(f"<option>{escape(each['name'])}</option>" for each in found["views"])
-    several = f'<label>Bearing <select id="live-view">{choice}</select></label>'
+    several = f'<label>{"Bearing" if circle else "Guide"} <select id="live-view">{choice}</select></label>'
     second = "; the second curve is the same mechanism without clearance"
-    ideal = second if found["ideal"] else ""
+    ideal, beside = (second if each else "" for each in (found["ideal"], found["views"][0]["ideal"]))
     marks = "".join(
         f"<li>{escape(grade)}: {escape(words)}</li>" for grade, words in LIMITS["meaning"].items()
     )
@@ -179,7 +187,7 @@ def section(found: dict[str, Any]) -> str:
         orbit="Journal in its bearing: the circle is the clearance, the arrow the force on the journal"
         if circle
         else "Phase plane",
-        force=f"Over the turn{ideal}",
+        force=f"Over the turn{ideal and beside}",
         strain=f"Largest force{ideal}",
         grades=f"<ul>{marks}</ul>" if found["scene"] else "",
         rtol=plain(RTOL, 1),

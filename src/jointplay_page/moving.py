@@ -41,7 +41,7 @@ def moving(dataset: Dataset, mechanism: Mechanism | None) -> tuple[dict[str, Any
     except InputError as error:
         reasons = "; ".join(problem.expected for problem in error.problems)
         return None, f"The mechanism is not shown in motion: {reasons}."
-    thinned = f"every {step}th recorded sample" if step > 1 else "every recorded sample"
+    thinned = f"one in {step} recorded samples" if step > 1 else "every recorded sample"
     return {
         "time": packed.array(part["time"].values),
         "period": float(part.get("turn_period_nominal", np.nan)),

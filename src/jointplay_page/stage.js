@@ -52,6 +52,14 @@ const stage = (() => {
       for (let at = 0; 3 * at < link.frames.length; at += 1) link.along.forEach((s) => include(pointAt(link, s, at)));
     });
     scene.pins.filter((pin) => pin.point).forEach((pin) => include(pin.point));
+    scene.pins.filter((pin) => pin.sizes).forEach((pin) => {
+      for (let at = 0; 3 * at < scene.links[0].frames.length; at += 1) {
+        const [[x, y], angle] = [pinAt(scene, pin.block, at), turned(scene, pin.block, at)];
+        const [c, s] = [Math.abs(Math.cos(angle)), Math.abs(Math.sin(angle))];
+        const [wide, high] = [[c, s], [s, c]].map(([a, b]) => a * pin.sizes[0] + b * pin.sizes[1]);
+        [-1, 1].forEach((sign) => include([x + sign * wide, y + sign * high]));
+      }
+    });
     return box;
   }
 

@@ -44,8 +44,9 @@ function reset() {
   return {};
 }
 
+// Quantities over time; of several labels their sum.
 function picked(out, wanted) {
-  return wanted.map(([quantity, label]) => Float64Array.from(out[quantity][label]));
+  return wanted.map(([quantity, ...labels]) => Float64Array.from(out.time, (_, i) => labels.reduce((sum, label) => sum + out[quantity][label][i], 0)));
 }
 
 // Why a run ended before its turns were done; empty where it did not.
