@@ -41,7 +41,7 @@ def entries(array: DataArray) -> list[tuple[str, str]]:
     found = []
     for place in product(*map(range, array.shape)):
         one = shown[dict(zip(array.dims, place, strict=True))]
-        labels = [str(one[dim].values) for dim in array.dims if dim in one.coords]
+        labels = [codes.contact(str(one[dim].values)) for dim in array.dims if dim in one.coords]
         value = one.values[()]
         number = isinstance(value, np.number | int | float) and np.isfinite(value)
         text = measure(float(value), str(array.attrs.get("units", ""))) if number else str(value)

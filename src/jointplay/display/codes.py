@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from jointplay.display.number_text import measured
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
 
+CORNER = re.compile(r"(.+)_(upper|lower)_(front|rear)")  # label of a slider's corner
 STRANGE = "?"  # of a code that has no word
 FAILED = "failed"
 NAMED = 3  # stretches of a word, or words, that are told one by one
@@ -21,6 +23,12 @@ def flags(array: DataArray) -> dict[int, str]:
     """Return the word of each code that a variable's flags name; none of one without flags."""
     values = np.atleast_1d(array.attrs.get("flag_values", []))
     return dict(zip(map(int, values), str(array.attrs.get("flag_meanings", "")).split(), strict=False))
+
+
+def contact(label: str) -> str:
+    """Return a label in words, ``G, upper front corner`` for ``G_upper_front``; one of no corner as it is."""
+    found = CORNER.fullmatch(label)
+    return f"{found[1]}, {found[2]} {found[3]} corner" if found else label
 
 
 def words(array: DataArray) -> DataArray:

@@ -107,7 +107,7 @@ def force_panel(ax: Axes, one: Dataset, joint: str) -> None:
     ax.set(ylabel="Largest force (N)")
     _over(ax, one, values)
     ax.legend(loc="best")
-    artists.heading(ax, f"joint {joint}")
+    artists.heading(ax, f"joint {codes.contact(joint)}")
 
 
 def speed_panel(ax: Axes, one: Dataset) -> None:
@@ -115,7 +115,8 @@ def speed_panel(ax: Axes, one: Dataset) -> None:
     values, loose = _values(one), one.isel(joint=np.flatnonzero(one["clearance"].values > 0))
     for joint, line in zip(loose["joint"].values, ("-", "--", ":", "-."), strict=False):
         speed = 1e3 * loose["curve_impact_speed"].sel(joint=joint).values
-        artists.curve(ax, values, speed, color=style.BLACK, linestyle=line, label=f"joint {joint}")
+        name = f"joint {codes.contact(str(joint))}"
+        artists.curve(ax, values, speed, color=style.BLACK, linestyle=line, label=name)
         _dots(ax, one, speed)
     ax.set(ylabel="Largest impact speed (mm/s)", ylim=(0, None))
     _over(ax, one, values)
@@ -171,7 +172,7 @@ def turn_panel(ax: Axes, dataset: Dataset, joint: str) -> None:
     artists.curve(ax, share, own, color=style.BLACK, linestyle="-", label="with clearance")
     ax.set(xlabel="Share of a turn", ylabel="Joint force (N)", xlim=(0, 1), ylim=(0, None))
     ax.legend(loc="best")
-    artists.heading(ax, f"joint {joint}")
+    artists.heading(ax, f"joint {codes.contact(joint)}")
 
 
 def peak_panel(ax: Axes, dataset: Dataset) -> None:
@@ -187,6 +188,6 @@ def peak_panel(ax: Axes, dataset: Dataset) -> None:
             ax.annotate(
                 f"{ratio:.3g}×", (i, top), (0, 3), textcoords="offset points", ha="center", fontsize=7
             )
-    ax.set_xticks(place, [str(name) for name in dataset["joint"].values])
+    ax.set_xticks(place, [artists.broken(codes.contact(str(name)), 12) for name in dataset["joint"].values])
     ax.set(xlabel="Joint", ylabel="Largest force (N)")
     ax.margins(y=0.12)

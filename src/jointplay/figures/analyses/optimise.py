@@ -6,6 +6,7 @@ from textwrap import fill
 
 import numpy as np
 
+from jointplay.display import codes
 from jointplay.display.number_text import measure, plain
 from jointplay.figures.drawing import Axes, Dataset, Figure, artists, style
 from jointplay.figures.drawing.select import require
@@ -60,7 +61,7 @@ def _forces(ax: Axes, dataset: Dataset) -> None:
         bars = ax.bar(places + side * WIDE, np.nan_to_num(values), WIDE, color=colour)
         words = ["?" if np.isnan(value) else plain(float(value), 3) for value in values]
         ax.bar_label(bars, words, fontsize=6.5, padding=1)
-    ax.set_xticks(places, [str(name) for name in dataset["joint"].values])
+    ax.set_xticks(places, [artists.broken(codes.contact(str(name)), 12) for name in dataset["joint"].values])
     ax.tick_params(axis="x", length=0)
     ax.set(xlabel="Joint", ylabel=artists.with_unit("Largest force", unit.symbol))
     ax.margins(y=0.12)

@@ -97,7 +97,7 @@ def labelled_slice(
         chosen, several = label(dataset, str(dim), labelled.get(str(dim))), array.sizes[dim] > 1
         array = array.sel({dim: chosen})
         if several:
-            array = array.assign_attrs(long_name=f"{title(array)}, {chosen}")
+            array = array.assign_attrs(long_name=f"{title(array)}, {codes.contact(chosen)}")
     return array
 
 

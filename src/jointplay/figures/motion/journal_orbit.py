@@ -9,12 +9,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from jointplay.display import codes
 from jointplay.figures.drawing import Axes, DataArray, Dataset, Figure, artists, select, style, timebase
 from jointplay.figures.registry import picture
-from jointplay.solver.equations.structure import CORNERS
 
 ORBIT = ("journal_x", "journal_y")
-NAMES = tuple(f"_{corner}" for corner in CORNERS)
 
 
 @picture(needs=ORBIT, clearance=True)
@@ -103,7 +102,7 @@ def orbit_frame(
 
 def is_corner(joint: str) -> bool:
     """Return whether a contact is a corner of a slider."""
-    return joint.endswith(NAMES)
+    return codes.contact(joint) != joint
 
 
 def along(dataset: Dataset, joint: str, dim: str) -> DataArray:
@@ -130,4 +129,4 @@ def gap_frame(ax: Axes, joint: str, x: DataArray, reach: float) -> None:
     unit = artists.displayed(x)[1]
     ax.set(ylim=(-half, half), box_aspect=1)
     ax.set_xlabel(artists.axis_label(x, unit))
-    ax.set_ylabel(f"Distance of corner {joint}\nto its face, over $e$ (\N{EN DASH})")
+    ax.set_ylabel(f"Distance of {codes.contact(joint)}\nto its face, over $e$ (\N{EN DASH})")

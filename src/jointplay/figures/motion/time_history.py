@@ -152,7 +152,7 @@ def only(array: DataArray, dim: str, label: str) -> DataArray:
 
 def whose(array: DataArray, dim: str, label: str) -> str:
     """Return a name such as "coupler angular velocity", where the variable is the "link angular velocity"."""
-    words = select.title(array)
+    words, label = select.title(array), codes.contact(label)
     general, particular = SOMEONE.get(dim, ("", ""))
     if general and general in words:
         return words.replace(general, particular.format(label))
@@ -180,7 +180,7 @@ def history_panel(
     x = base.forward(array["time"].values)
     values, unit = artists.displayed(array.transpose("time", ...), unit)
     others = [dim for dim in array.dims if dim != "time"]
-    names = [str(label) for label in array[others[0]].values] if others else [None]
+    names = [codes.contact(str(label)) for label in array[others[0]].values] if others else [None]
     columns = values if values.ndim == 2 else values[:, None]
     ends = [each.transpose("time", ...).values.reshape(columns.shape) * unit.factor for each in extremes]
     if not columns.size:
