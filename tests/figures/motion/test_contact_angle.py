@@ -85,6 +85,9 @@ def test_scales_are_those_of_the_ranges(turning):
     assert branch.get_ylim()[0] == pytest.approx(-90, rel=0.1)
     assert unwrapped.get_ylim()[1] > 1080
     assert all(ax.get_ylabel().startswith("Contact angle,") for ax in (wrapped, unwrapped, branch))
+    two = turning.isel(joint=[0, 0]).assign_coords(joint=["A", "B"])
+    axes = figures.draw(two, kind="contact_angle", joint="B").axes
+    assert all(ax.get_ylabel().startswith("Contact angle at B,") for ax in axes)
 
 
 def test_windows_are_columns_unwrapped_from_their_own_start(turning):

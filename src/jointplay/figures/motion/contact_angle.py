@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from jointplay.display import codes
 from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select, style, timebase
 from jointplay.figures.registry import picture
 
@@ -68,9 +69,10 @@ def angle_column(axes: np.ndarray, part: Dataset, joint: str, base: timebase.Bas
     array = select.curve(part, "contact_angle", "kind", joint=joint)
     x, degrees = base.forward(array["time"].values), artists.displayed(array)[0]
     contact = select.in_contact(part, joint)
+    which = f" at {codes.contact(joint)}" if part.sizes["joint"] > 1 else ""
     for ax, (words, branch, span) in zip(axes, ROWS, strict=True):
         angle_panel(ax, x, branch(degrees), contact, span)
-        ax.set_ylabel(f"Contact angle,\n{words} (deg)")
+        ax.set_ylabel(f"Contact angle{which},\n{words} (deg)")
         ax.yaxis.set_major_locator(Degrees())
         if x.size > 1:
             ax.set_xlim(timebase.limits(base, x))
