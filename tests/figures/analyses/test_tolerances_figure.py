@@ -16,3 +16,12 @@ def test_the_legend_of_shares_lies_beside_their_bars():
     assert not any(legend.overlaps(bar.get_window_extent()) for bar in ax.patches)
     assert not legend.overlaps(ax._left_title.get_window_extent())
     assert figure.bbox.contains(legend.x1, legend.y1)
+
+
+def test_without_shares_there_is_no_panel_of_them():
+    """All samples have the same outcome."""
+    same = sampled()
+    same["total"][:] = float("nan")
+    figure = figures.draw(same, {"kind": "tolerances"})
+    assert len(figure.axes) == 2
+    assert not any(text.get_text() for ax in figure.axes for text in ax.texts)

@@ -37,12 +37,13 @@ def tolerances(dataset: Dataset, *, event: str | None = None, quantity: str | No
     select.require(dataset, "tolerances", ("value", "outcome", "parameter_name"))
     event = _event(dataset, event)
     order = _order(dataset, event)
-    bars, pair = "total" in dataset and dataset.sizes["factor"] > 1, len(order) > 1
+    shares, pair = _shares(dataset, event), len(order) > 1
+    bars = shares is not None and shares.sizes["factor"] > 1 and bool(np.isfinite(shares["total"]).any())
     figure = style.sheet(style.COLUMNS["double" if bars or pair else "single"], 66.0)
     axes = figure.subplots(1, 1 + bars + pair, squeeze=False)[0]
     _histogram(axes[0], dataset, event, quantity, order)
     if bars:
-        _bars(axes[1], dataset, event)
+        _bars(axes[1], shares)
     if pair:
         _scatter(axes[-1], dataset, event, order)
     artists.shared_legend(figure, (axes[0], axes[-1]) if pair else axes[:1])
@@ -60,12 +61,19 @@ def _event(dataset: Dataset, given: str | None) -> str:
     return next((name for name in some if name.startswith(ABOVE)), next(iter([*some, *names]), ""))
 
 
+def _shares(dataset: Dataset, event: str) -> Dataset | None:
+    """Results by the event, or by the first output that has shares; None without any."""
+    if "total" not in dataset:
+        return None
+    return dataset.sel(output=event) if event else dataset.isel(output=0)
+
+
 def _order(dataset: Dataset, event: str) -> list[int]:
     """Parameters by their total share of the event, or of the first output that has one; else as they are."""
     count = dataset.sizes["parameter"]
-    if "total" not in dataset:
+    if (one := _shares(dataset, event)) is None:
         return list(range(count))
-    totals = dataset["total"].sel(output=event) if event else dataset["total"].isel(output=0)
+    totals = one["total"]
     keys = [str(name).partition(" + ")[0] for name in dataset["factor"].values]
     known = dict(zip(keys, np.nan_to_num(totals.values), strict=True))
     sizes = [known.get(str(key), -1.0) for key in dataset["parameter"].values]
@@ -121,12 +129,8 @@ def _histogram(ax: Axes, dataset: Dataset, event: str, quantity: str | None, ord
         artists.heading(ax, f"{artists.capital(_label('yes', event))}: {unbroken}")
 
 
-def _bars(ax: Axes, dataset: Dataset, event: str) -> None:
+def _bars(ax: Axes, one: Dataset) -> None:
     """First-order and total shares with their intervals."""
-    one = dataset.sel(output=event) if event else dataset.isel(output=0)
-    if not np.isfinite(one["total"]).any():
-        artists.say(ax, "All samples have the same outcome: nothing to share", "black")
-        return
     rows = np.arange(one.sizes["factor"])
     for name, off, colour in (("first_order", -0.19, style.BLUE), ("total", 0.19, style.AMBER)):
         value = np.clip(np.nan_to_num(one[name].values), 0.0, None)
