@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
 import jointplay as jp
 from jointplay import figures
@@ -46,6 +47,15 @@ def test_a_vibration_of_few_samples_a_cycle_is_its_envelope(turns):
     assert np.isnan(ax.lines[0].get_ydata()).all()
     assert notes(ax) == []
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [envelope.BAND]
+
+
+def test_the_envelope_of_each_of_several_joints_has_its_name():
+    two = vibrating(200.3).isel(joint=[0, 0]).assign_coords(joint=["A", "B"])
+    ax = panel(two)
+    handles, names = ax.get_legend_handles_labels()
+    assert names == ["A", "A: lowest\nto highest", "B", "B: lowest\nto highest"]
+    for line, band in (handles[:2], handles[2:]):
+        assert tuple(band.get_facecolor()[0][:3]) == to_rgb(line.get_color())
 
 
 def test_what_the_samples_miss_is_told():

@@ -15,7 +15,7 @@ SWING = 0.02  # of a curve's whole height: less than this is no turning point
 REACH = 4  # samples to either side of which an envelope has the extremes: a cycle
 SEEN = 0.5  # mm on the paper between samples, from which the course of a cycle is missed
 NO_PEAKS = "sampled too coarsely: peaks between samples are missing"
-BAND = "vibration,\nlowest to\nhighest"  # of what an envelope shows
+BAND = "vibration,\nlowest to\nhighest"  # of what an envelope shows of the one curve of a panel
 NO_CYCLES = "sampled too coarsely to show single cycles"
 
 
@@ -35,7 +35,9 @@ def course(
     line = artists.curve(ax, xs, np.where((few & ~artists.neighbours(~few))[places], np.nan, ys), **look)
     colour = line.get_color()
     low, high = -widest(-np.fmin(y, low)), widest(np.fmax(y, high))
-    look = {"facecolor": colour, "alpha": 0.3, "linewidth": 0.0, "label": "_" if ax.collections else BAND}
+    name = str(look.get("label", "_"))
+    told = BAND if name.startswith("_") else f"{name}: lowest\nto highest"
+    look = {"facecolor": colour, "alpha": 0.3, "linewidth": 0.0, "label": told}
     ax.fill_between(x, low, high, where=few, **look)
     for edge in (low, high):
         artists.curve(ax, x, np.where(few, edge, np.nan), color=colour, linestyle="-", linewidth=0.4)
