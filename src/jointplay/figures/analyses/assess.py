@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from textwrap import fill
+
 import numpy as np
 
 from jointplay.display import codes
@@ -37,26 +39,26 @@ def assess(dataset: Dataset, *, joint: str | None = None) -> Figure:
         Whose force is drawn; the hardest worked one if left out.
     """
     select.require(dataset, "assess", ("force_ratio", "edge_ratio", "joint_force", "curve_ratio"))
-    rows = dataset.sizes["parameter"]
-    figure = style.sheet(180.0, 58.0 * (rows + 1) + 12.0)
-    grid = figure.add_gridspec(rows + 1, 2)
+    looked = (codes.words(dataset["curve_status"]) != "not_run").any("value").values
+    rows, rest = int(looked.sum()), [str(each) for each in dataset["parameter_name"].values[~looked]]
+    heights = [58.0] * (rows + 1) + [12.0] * bool(rest)
+    figure = style.sheet(180.0, sum(heights) + 12.0 * bool(rows))
+    grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
     name = select.label(dataset, "joint", joint or hardest(dataset))
     panels = []
-    looked = (codes.words(dataset["curve_status"]) != "not_run").any("value").values
-    for i in range(rows):
-        one, (force, speed) = dataset.isel(parameter=i), (figure.add_subplot(grid[i, k]) for k in (0, 1))
+    for i, number in enumerate(np.flatnonzero(looked)):
+        one, (force, speed) = dataset.isel(parameter=number), (figure.add_subplot(grid[i, k]) for k in (0, 1))
         panels += [force, speed]
-        if looked[i]:
-            force_panel(force, one, name)
-            speed_panel(speed, one)
-            continue
-        for ax, what in ((force, "force"), (speed, "impact speed")):
-            noun = str(one["parameter_name"].values)
-            artists.say(ax, f"Largest {what} over {noun}: not looked at", "black")
+        force_panel(force, one, name)
+        speed_panel(speed, one)
     turn, peaks = (figure.add_subplot(grid[rows, k]) for k in (0, 1))
     turn_panel(turn, dataset, name)
     peak_panel(peaks, dataset)
     artists.letter((*panels, turn, peaks))
+    if rest:
+        ax, words = figure.add_subplot(grid[rows + 1, :]), f"Not looked at: {', '.join(rest)}."
+        ax.set_axis_off()
+        ax.text(0.0, 0.5, fill(words, 110), va="center")
     if looked.any():
         _legend(figure, dataset.isel(parameter=looked))
     return artists.finish(figure, dataset)
