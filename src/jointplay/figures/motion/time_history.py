@@ -22,6 +22,7 @@ from jointplay.figures.drawing import (
 from jointplay.figures.registry import picture
 
 DEFAULTS = ("normal_force", "angular_acceleration", "state_value")
+MOST = 6  # states of a system that are drawn by themselves
 LONGEST = 27  # characters of a y label that fit the height of a panel
 WRAPPED = ("contact_angle",)  # jump by a turn where they pass half a turn
 SOMEONE = {"link": ("of a link", "of the {}"), "pin": ("an ideal joint", "ideal joint {}")}
@@ -53,7 +54,7 @@ def time_history(
         A response.
     variables : str or sequence of str, optional
         What to draw, a panel each; a test system's states by their labels. By default the normal forces, or
-        what else there is: angular accelerations, states.
+        what else there is: angular accelerations, the first six states.
     link, joint, pin : str, optional
         Draw this link, joint with clearance or ideal joint only; by default all.
     turns : float or pair, optional
@@ -123,7 +124,8 @@ def chosen(dataset: Dataset, variables, **labelled: str | None) -> list[DataArra
     """Return the variables to draw, cut down to one link, joint or pin where one is named."""
     if variables is None:
         known = [name for name in DEFAULTS if name in dataset and dataset[name].size]
-        variables = known[:1] or select.names(dataset, "time")[:1]
+        states = select.labels(dataset, "state") if known[:1] == ["state_value"] else []
+        variables = states[:MOST] or known[:1] or select.names(dataset, "time")[:1]
     asked = [variables] if isinstance(variables, str) else list(variables)
     if not asked:
         raise select.refuse("variables", variables, "the name of a variable over time, or several")
