@@ -29,7 +29,9 @@ def test_parameters_that_were_not_looked_at_have_words_and_no_panel():
     *panels, line = part.axes
     assert len(panels) == len(whole.axes) - 2
     assert all(ax.lines or ax.patches for ax in panels)
-    assert [text.get_text() for text in line.texts] == ["Not looked at: radial clearance of joint B."]
+    assert [text.get_text() for text in line.texts] == [
+        "Forces and impact speeds over these were not looked at: radial clearance of joint B."
+    ]
     assert part.get_figheight() < whole.get_figheight()
     found["curve_status"][:] = Status.NOT_RUN
     assert not figures.draw(found, {"kind": "assess"}).legends

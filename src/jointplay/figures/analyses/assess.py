@@ -56,7 +56,10 @@ def assess(dataset: Dataset, *, joint: str | None = None) -> Figure:
     peak_panel(peaks, dataset)
     artists.letter((*panels, turn, peaks))
     if rest:
-        ax, words = figure.add_subplot(grid[rows + 1, :]), f"Not looked at: {', '.join(rest)}."
+        ax, words = (
+            figure.add_subplot(grid[rows + 1, :]),
+            f"Forces and impact speeds over these were not looked at: {', '.join(rest)}.",
+        )
         ax.set_axis_off()
         ax.text(0.0, 0.5, fill(words, 110), va="center")
     if looked.any():
