@@ -26,7 +26,7 @@ def panels(figure: Figure) -> int:
 def test_kind_follows_the_dataset():
     assert panels(figures.draw(response())) == 4
     assert panels(figures.draw(section())) == 2
-    assert panels(figures.draw(oscillator())) == 1
+    assert panels(figures.draw(oscillator())) == 2
     assert panels(figures.draw(response().drop_dims(["joint", "event"]))) == 1
 
 
