@@ -51,9 +51,9 @@ def test_all_has_room_at_the_least_width(name):
     for ax in figure.axes:
         ends = ax.get_tightbbox()
         assert ax.get_label() == "<colorbar>" or ax.get_window_extent().width >= 15 * unit
-        assert -2 * unit <= ends.x0 <= ends.x1 <= (width + 2) * unit
+        assert -2.5 * unit <= ends.x0 <= ends.x1 <= (width + 2.5) * unit
     for ends in (legend.get_window_extent() for legend in figure.legends):
-        assert -2 * unit <= ends.x0 <= ends.x1 <= (width + 2) * unit
+        assert -2.5 * unit <= ends.x0 <= ends.x1 <= (width + 2.5) * unit
     if width > 88.0:
         with pytest.raises(InputError, match=rf"figure\.width: got {width - 1}; a width in mm, {width:g} to"):
             figures.draw(dataset, {"kind": kind} | options | {"width": width - 1})

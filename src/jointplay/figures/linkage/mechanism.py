@@ -30,7 +30,7 @@ def fits(options: Any, _: Any):
     yield Problem("figure.kind", options.get("kind", NOTHING), expected)
 
 
-@picture(least=110, fits=fits)
+@picture(least=100, fits=fits)
 def mechanism(linkage: Mechanism, *, names: bool = True, crank_angle: float | None = None) -> Figure:
     """Draw a mechanism with its joints, drive, springs and loads; joints with clearance are enlarged.
 
