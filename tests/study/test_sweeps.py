@@ -125,7 +125,7 @@ def test_every_mistake_in_an_axis_is_told_with_its_place():
         assert lost.keys() == {"vary.joints.B.clearence"}
         assert "did you mean 'clearance'?" in lost["vary.joints.B.clearence"]
     case = "vary={cases = [{clearance = '1 um'}, {clearence = '2 um'}]}"
-    assert "did you mean 'clearance'?" in problems(LINKAGE, case)["vary.clearence"]
+    assert "did you mean 'clearance'?" in problems(LINKAGE, "kind=lyapunov", case)["vary.clearence"]
     three = ("vary.gear_ratio=[1.0]", "vary.gravity=[9.8]")
     assert problems(LINKAGE, *three).keys() == {"vary"}
     assert problems(PAIR.replace("[vary]\ngap = { start = 2.95, stop = 3.05, num = 3 }\n", "")).keys() == {

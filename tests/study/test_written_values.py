@@ -107,3 +107,38 @@ def test_the_schema_lets_editors_take_them():
     assert joint["minimum"] == 0
     assert "pattern" in joint
     assert schema()["$defs"]["MotorLine"]["properties"]["gear_ratio"]["type"] == "number"
+
+
+def test_a_wrong_mechanism_or_name_makes_no_value_with_a_unit_wrong():
+    """One typo in `[mechanism]` called every value with a unit elsewhere wrong: there was no unit to know."""
+    typo = BASE["mechanism"] | {"crnk": "1 mm"}
+    assert said(mechanism=typo, vary={"speed": ["900 rpm", "800 rpm"]}).keys() == {"mechanism.crnk"}
+    by = {
+        "by": {"links.coupler.mass": ["0.1 kg", "9 kg"]},
+        "subject": {"largest:normal_force:B": ["0 N", "9 kN"]},
+    }
+    assert said(kind="optimise", mechanism=typo, analysis=by).keys() == {"mechanism.crnk"}
+    spread = {"joints.D.clearance": {"normal": ["50 um", "5 um"]}}
+    assert said(kind="tolerances", mechanism=typo, analysis={}, tolerances=spread).keys() == {
+        "mechanism.crnk"
+    }
+    lost = {"joints.X.clearance": {"normal": ["50 um", "5 um"]}}
+    found = said(kind="tolerances", analysis={}, tolerances=lost)
+    assert found.keys() == {"tolerances.joints.X.clearance"}
+    assert "there is no such part" in found["tolerances.joints.X.clearance"]
+    assert "'rpn' is not a known unit" in said(mechanism=typo, vary={"speed": ["1 rpn"]})["vary.speed[0]"]
+
+
+def test_a_number_as_text_is_asked_for_its_unit():
+    assert "with its unit, such as '900 rpm'" in said(vary={"speed": ["900 rpm", "800"]})["vary.speed[1]"]
+
+
+def test_bounds_of_an_optimum_name_the_parameter_that_there_is_not():
+    found = said(
+        kind="optimise", analysis={"by": {"links.couplr.mass": ["1 kg", "2 kg"], "crank": [1, "2 m"]}}
+    )
+    assert "did you mean 'coupler'?" in found["analysis.by.links.couplr.mass"]
+    assert "there is no such parameter" in found["analysis.by.crank"]
+    shown = said(kind="optimise", analysis={"by": {"clearance": ["1", "2 mm"]}})["analysis.by.clearance[0]"]
+    assert "coordinates" not in shown
+    assert "with its unit" in shown

@@ -9,7 +9,7 @@ from typing import Any
 from jointplay.analysis.quantities import WORDS
 from jointplay.display.accepted import Refused
 from jointplay.display.errors import InputError
-from jointplay.solver.mechanism.measures import in_si
+from jointplay.solver.mechanism.measures import ANY, in_si
 from jointplay.solver.mechanism.parameters import declared_units
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
@@ -22,12 +22,11 @@ def in_own_units(mechanism: Any, given: Mapping[str, Any]) -> dict[str, Any]:
     Parameters
     ----------
     mechanism : Mechanism or TestSystem
-        Whose parameters they are; of anything else they stay as given.
+        Whose parameters they are; of anything else, and of names that it has not, each number is brought
+        into SI by its own unit: what is wrong there is said elsewhere.
     given : mapping of str to object
         Keywords of an analysis, as they were given.
     """
-    if not isinstance(mechanism, Mechanism | TestSystem):
-        return dict(given)
     converters = dict.fromkeys(("over", "by", "plane", "region"), _named)
     converters |= {"initial": _start, "starts": _starts, "section": _section}
     converters |= {"spreads": _spreads, "limits": _limits, "subject": _limits}
@@ -54,22 +53,24 @@ def _named(mechanism: Any, table: Any) -> Any:
     return in_si(table, units)
 
 
-def _units(mechanism: Any, name: Any) -> str | None:
+def _units(mechanism: Any, name: Any) -> str:
     from jointplay.analysis.states.start_plane import CRANK, JOURNAL, UNITS
 
-    if (own := declared_units(mechanism, name)) is not None:
+    if (own := declared_units(mechanism, name)) != ANY:
         return own
     if isinstance(mechanism, TestSystem):
-        return mechanism.units.get(name, "1") if name in mechanism.states else None
+        return mechanism.units.get(name, "1") if name in mechanism.states else ANY
     named = {coordinate: units for coordinate, (units, _) in (CRANK | JOURNAL).items()}
     found = named.get(name) or UNITS.get(str(name).split("_")[0])
-    return found and _plain(found)
+    return _plain(found or ANY)
 
 
 def _start(mechanism: Any, initial: Any) -> Any:
     """The state of a system, as a list in its order; a linkage's table has its units in its fields."""
-    if not isinstance(mechanism, TestSystem) or type(initial) not in (list, tuple):
+    if isinstance(mechanism, Mechanism) or type(initial) not in (list, tuple):
         return initial
+    if not isinstance(mechanism, TestSystem):
+        return in_si(initial, ANY)
     names = [name for group in mechanism.order for name in group]
     return in_si(initial, tuple(mechanism.units.get(name, "1") for name in names))
 
@@ -90,7 +91,7 @@ def _limits(mechanism: Any, table: Any) -> Any:
     return in_si(table, units)
 
 
-def _limited(mechanism: Any, name: str) -> str | None:
+def _limited(mechanism: Any, name: str) -> str:
     """Units of a quantity: of ``largest:normal_force:B`` those of the middle word."""
     from jointplay.analysis.tolerances.spreads import COUNTED, OF_JOINT, PLAIN
 
@@ -99,15 +100,16 @@ def _limited(mechanism: Any, name: str) -> str | None:
         return mechanism.units.get(label, "1")
     own = dict.fromkeys(COUNTED, "1") | {key: units for key, (_, units) in (OF_JOINT | PLAIN).items()}
     found = (own | {"time": "s", "work": "J"}).get(head) or (WORDS[word].units if word in WORDS else None)
-    return found and _plain(found)
+    return _plain(found or ANY)
 
 
 def _section(mechanism: Any, section: Any) -> Any:
     name = section.get("quantity") if isinstance(section, Mapping) else None
-    word = WORDS.get(name) if isinstance(name, str) else None
+    known = isinstance(name, str) and name in WORDS
+    units = _plain(WORDS[name].units) if known else ANY
     if isinstance(mechanism, TestSystem) and isinstance(name, str):
-        return in_si(section, {"value": mechanism.units.get(name, "1")})
-    return in_si(section, {"value": _plain(word.units)}) if word else section
+        units = mechanism.units.get(name, "1")
+    return in_si(section, {"value": units})
 
 
 def _plain(units: str) -> str:

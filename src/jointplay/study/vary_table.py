@@ -26,9 +26,9 @@ from pydantic import (
 
 from jointplay.analysis.vary import Axis, axes, checked_axes
 from jointplay.display.errors import InputError, Problem, join, problems_of, raise_any, refuse
-from jointplay.solver.mechanism.base import Flag, Number, Record, measured
+from jointplay.solver.mechanism.base import Flag, Number, Record, Written, measured
 from jointplay.solver.mechanism.measures import in_si
-from jointplay.solver.mechanism.parameters import declared_units
+from jointplay.solver.mechanism.parameters import Parameter, declared_units
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 ROOT = "vary"
@@ -132,14 +132,14 @@ def _parameters_alone(table: Any) -> Any:
     return table
 
 
-_List = Annotated[tuple[Number, ...], BeforeValidator(_not_empty)]
+_List = Annotated[tuple[Written, ...], BeforeValidator(_not_empty)]
 Values = Annotated[Annotated[_List, Tag("list")] | Annotated[Range, Tag("range")], Discriminator(_form)]
 Vary = Annotated[dict[str, Values], BeforeValidator(_parameters_alone), BeforeValidator(_flat)]
 _Any = Annotated[
     Annotated[_List, Tag("list")]
     | Annotated[Range, Tag("range")]
     | Annotated[Flag, Tag("flag")]
-    | Annotated[tuple[dict[str, Number], ...], Tag("cases")],
+    | Annotated[tuple[dict[str, Written], ...], Tag("cases")],
     Discriminator(_any_form),
 ]
 Varied = Annotated[dict[str, _Any], BeforeValidator(_flat), AfterValidator(_checked_forms)]
@@ -151,27 +151,14 @@ def vary_field(**more: Any) -> Any:
 
 
 def in_own_units(mechanism: Any, table: Any) -> Any:
-    """Bring values written with a unit into that of their parameter.
-
-    `InputError` where they have another, or where no parameter has the name, whose unit would be its own.
-    """
-    if not isinstance(mechanism, Mechanism | TestSystem) or not isinstance(table, Mapping):
+    """Bring values written with a unit into that of their parameter; `InputError` where they have another."""
+    if not isinstance(table, Mapping):
         return table
     table = _flat(table)
     cases = table["cases"] if isinstance(table.get("cases"), list | tuple) else ()
-    rows = [
-        (key, each) for case in (table, *cases) if isinstance(case, Mapping) for key, each in case.items()
-    ]
-    units = {key: declared_units(mechanism, key) for key, _ in rows if key not in ("cases", "zip")}
-    lost = {key: () for key, each in rows if key in units and units[key] is None and _texts(each)}
-    raise_any(_axis_problems(mechanism, lost, "") if lost else ())
+    keys = {key for case in (table, *cases) if isinstance(case, Mapping) for key in case}
+    units = {key: declared_units(mechanism, key) for key in keys - {"cases", "zip"}}
     return in_si(table, units | {"cases": units})
-
-
-def _texts(given: Any) -> bool:
-    """Whether a list, a range or a case has a number that is written as text."""
-    each = given.values() if isinstance(given, Mapping) else given if isinstance(given, list) else [given]
-    return any(isinstance(value, str) for value in each)
 
 
 def parsed(table: Any) -> dict[str, Values]:
@@ -192,7 +179,8 @@ def problems(mechanism: Mechanism | TestSystem, vary: Mapping[str, Any], root: s
     """Problems of unknown parameters, and of values that they cannot have; of a range the first one."""
     given = values(vary)
     if together(vary):
-        return _uneven(vary, given, root) or _wrong_cases(mechanism, vary, given, root)
+        lost = [p for key in given for p in problems_of(Parameter.named, mechanism, key, join(root, key))]
+        return lost or _uneven(vary, given, root) or _wrong_cases(mechanism, vary, given, root)
     if (total := math.prod(map(len, given.values()))) > MANY:
         shown = f"{total} combinations" if total < 10**18 else f"combinations of {len(given)} parameters"
         return [Problem(root, shown, f"at most {MANY} combinations are accepted")]

@@ -16,13 +16,12 @@ import numpy as np
 from jointplay.analysis.states.start_plane import coordinate_problems
 from jointplay.analysis.vary import axes
 from jointplay.display.errors import Problem
-from jointplay.solver.mechanism.base import Number, accepts
+from jointplay.solver.mechanism.base import Written, accepts
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 _WORDS = "a table of coordinates, each with its lowest and highest value,"
-Region = Annotated[
-    dict[str, Annotated[tuple[Number, Number], accepts("a lowest and a highest value")]], accepts(_WORDS)
-]
+Ends = Annotated[tuple[Written, Written], accepts("a lowest and a highest value")]
+Region = Annotated[dict[str, Ends], accepts(_WORDS)]
 
 
 def one_parameter(mechanism: Mechanism | TestSystem, over: Any) -> Iterator[Problem]:

@@ -43,7 +43,7 @@ import numpy as np
 from pydantic import Field
 from scipy.optimize import minimize
 
-from jointplay.analysis.coexisting.region import Region
+from jointplay.analysis.coexisting.region import Ends
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.gradients import gradient_dataset, selection
@@ -58,7 +58,7 @@ from jointplay.analysis.rules import turns_alike
 from jointplay.analysis.simulate import simulate
 from jointplay.analysis.vary import axes, repeated
 from jointplay.display import codes
-from jointplay.display.errors import InputError, ModelWarning, Problem, problems_of
+from jointplay.display.errors import NOTHING, InputError, ModelWarning, Problem, problems_of
 from jointplay.display.number_text import measure, plain
 from jointplay.solver.mechanism.base import Flag, Natural, Number, accepts, unit
 from jointplay.solver.mechanism.parameters import Parameter
@@ -94,6 +94,8 @@ INVALID = STATUS.index("not_converged")
 _Limit = Annotated[float, Field(strict=True)]  # or infinite
 _Pair = Annotated[tuple[_Limit, _Limit], accepts("a lowest value or -inf, and a highest value or inf,")]
 Limits = Annotated[dict[str, _Pair], accepts("a table of quantities, each with its limits,")]
+_WORDS = "a table of parameters, each with its lowest and highest value,"
+Bounds = Annotated[dict[str, Ends], accepts(_WORDS)]
 
 
 def answer(result: xr.Dataset) -> str:
@@ -198,12 +200,14 @@ OUTPUTS = Outputs(
 )
 
 
-def bounds_fit(mechanism: Mechanism | TestSystem, by: Region, ideal: bool) -> Iterator[Problem]:
+def bounds_fit(mechanism: Mechanism | TestSystem, by: Bounds, ideal: bool) -> Iterator[Problem]:
     """Yield the problems of variables and their bounds."""
     if not by:
-        yield Problem("by", by, "at least one parameter with its lowest and highest value is accepted")
-    wrong = [*selection.parameters_fit(mechanism, tuple(by), ()), *repeated(by, "by")]
-    yield from (replace(each, key="by") for each in wrong)
+        yield Problem("by", by, f"{_WORDS} is accepted")
+    unknown = (
+        replace(p, key=f"by.{key}") for key in by for p in selection.parameters_fit(mechanism, (key,), ())
+    )
+    yield from (wrong := [*unknown, *repeated(by, "by")])
     for key, (low, high) in by.items() if not wrong else ():
         value = Parameter(mechanism, key).value
         if not low < high:
@@ -234,7 +238,9 @@ def aim_fits(
     if least and most:
         yield Problem("most", most, "one of least and most is accepted")
     if not (least or most or keep or subject):
-        yield Problem("least", least, 'a quantity, keep = "contact", or constraints in subject, are accepted')
+        yield Problem(
+            "least", NOTHING, 'a quantity, keep = "contact", or constraints in subject, are accepted'
+        )
     named = tuple(name for name in (least, most, *(subject or ())) if name)
     yield from (
         replace(each, key="subject" if each.given in (subject or ()) else "least" if least else "most")
@@ -275,7 +281,7 @@ def contacts(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
 def optimise(
     mechanism: Moving,
     *,
-    by: Region,
+    by: Bounds,
     least: Quantity | None = None,
     most: Quantity | None = None,
     keep: Literal["contact"] | None = None,

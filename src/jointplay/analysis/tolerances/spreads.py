@@ -32,9 +32,18 @@ from pydantic import BeforeValidator, model_validator
 
 from jointplay.analysis.gradients import selection
 from jointplay.analysis.vary import axes, repeated
-from jointplay.display.errors import InputError, Problem, join, problems_of, raise_any, strangers, unknown
-from jointplay.solver.mechanism.base import Name, Number, Positive, Record, accepts, unit
-from jointplay.solver.mechanism.measures import in_si
+from jointplay.display.errors import (
+    NOTHING,
+    InputError,
+    Problem,
+    join,
+    problems_of,
+    raise_any,
+    strangers,
+    unknown,
+)
+from jointplay.solver.mechanism.base import Name, Number, Positive, Record, Written, accepts, unit
+from jointplay.solver.mechanism.measures import ANY, in_si
 from jointplay.solver.mechanism.parameters import INITIAL, Parameter, declared_units
 from jointplay.solver.mechanism.parts.fits import limits
 from jointplay.solver.mechanism.records import Joint, Mechanism, TestSystem
@@ -86,21 +95,21 @@ class Spread(Record):
         The distribution is cut off there.
     """
 
-    normal: tuple[Number, Positive] | None = None
+    normal: tuple[Written, Positive] | None = None
     lognormal: tuple[Positive, Positive] | None = None
-    uniform: tuple[Number, Number] | None = None
-    triangular: tuple[Number, Number, Number] | None = None
-    values: tuple[Number, ...] | None = None
+    uniform: tuple[Written, Written] | None = None
+    triangular: tuple[Written, Written, Written] | None = None
+    values: tuple[Written, ...] | None = None
     weights: tuple[Positive, ...] | None = None
-    within: tuple[Number, Number] | None = None
+    within: tuple[Written, Written] | None = None
     fit: Name | None = None
     diameter: Annotated[Positive, unit("diameter", "m")] | None = None
     cp: Positive | None = None
     cpk: Positive | None = None
     scipy: Name | None = None
     parameters: dict[str, Number] | None = None
-    above: Number | None = None
-    below: Number | None = None
+    above: Written | None = None
+    below: Written | None = None
 
     @model_validator(mode="after")
     def _is_one(self) -> Spread:
@@ -129,7 +138,7 @@ class Spread(Record):
         if self.weights is not None and len(self.weights) != len(self.values or ()):
             yield Problem("weights", self.weights, "as many weights as values are accepted")
         if form == "fit" and self.diameter is None:
-            yield Problem("diameter", None, "the nominal diameter of pin and hole is needed beside a fit")
+            yield Problem("diameter", NOTHING, "the nominal diameter of pin and hole is needed beside a fit")
         elif form == "fit":
             yield from _fit_fits(self.fit, self.diameter)
         if self.cpk is not None and not self.cpk <= (self.cp or 1.0):
@@ -201,11 +210,11 @@ def _inside(shares: np.ndarray) -> np.ndarray:
     return np.clip(shares, 2.0**-53, 1 - 2.0**-53)
 
 
-def units_of(mechanism: Mechanism | TestSystem, key: str) -> str | None:
-    """Units of a parameter, or of a state at the start; None of what does not exist."""
+def units_of(mechanism: Mechanism | TestSystem, key: str) -> str:
+    """Units of a parameter, or of a state at the start; any of what does not exist."""
     if not key.startswith(INITIAL):
         return declared_units(mechanism, key)
-    return mechanism.units.get(key.removeprefix(INITIAL), "1") if isinstance(mechanism, TestSystem) else None
+    return mechanism.units.get(key.removeprefix(INITIAL), "1") if isinstance(mechanism, TestSystem) else ANY
 
 
 @dataclass(frozen=True)
@@ -439,7 +448,7 @@ def dependence_fits(
 def parameter_words(mechanism: Mechanism | TestSystem, key: str) -> tuple[str, str]:
     """Noun and units, as a dataset has them, of a parameter or a state at the start."""
     if key.startswith(INITIAL):
-        return f"{key.removeprefix(INITIAL)} at the start", units_of(mechanism, key) or "1"
+        return f"{key.removeprefix(INITIAL)} at the start", units_of(mechanism, key)
     found = Parameter(mechanism, key)
     return found.noun, found.cf_units
 

@@ -203,6 +203,12 @@ def accepts(words: str, **more: str) -> Any:
     return Field(json_schema_extra={"accepts": words, **more})
 
 
+# of what has the unit of a parameter, which the mechanism decides
+Written = Annotated[
+    Number, accepts("a finite number, or a text of one with its unit, such as '900 rpm' or '0.1 mm',")
+]
+
+
 def named(noun: str, default: Any = ...) -> Any:
     """Describe a field that holds a name, by the noun that its error messages use."""
     return Field(default, description=noun, json_schema_extra={"noun": True})

@@ -20,6 +20,7 @@ from jointplay.display.number_text import typed
 
 SMALLEST = 1e-50  # SI; a handful of such numbers can still be multiplied
 LONGEST = 60  # characters of a text with a unit
+ANY = "any"  # units of what nothing says the unit of: those of SI, whatever it measures
 # as editors check it, too
 PATTERN = r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?(\s*|\s+1/)[A-Za-zµμ°%][^,;_]*$"
 _WRITTEN = re.compile(PATTERN)
@@ -34,8 +35,9 @@ def in_si(given: Any, units: str | Mapping[str, Any] | tuple[str | None, ...] | 
     given : object
         A value, or a list or table of them.
     units : str, mapping of str to str, tuple of str, or None
-        What the field declares, as ``kg m²``; ``1`` of a pure number, None where it holds no quantity. Of a
-        table, or a list of tables, also units of its entries by name, and of a list those of each.
+        What the field declares, as ``kg m²``; ``1`` of a pure number, None where it holds no quantity, `ANY`
+        where that is not known. Of a table, or a list of tables, also units of its entries by name, and of
+        a list those of each.
 
     Raises
     ------
@@ -50,6 +52,8 @@ def in_si(given: Any, units: str | Mapping[str, Any] | tuple[str | None, ...] | 
     if type(given) in (list, tuple):
         each = chain(units, repeat(None)) if isinstance(units, tuple) else repeat(units)
         return type(given)(_each((f"[{i}]", *pair) for i, pair in enumerate(zip(given, each, strict=False))))
+    if units == ANY:
+        return coherent(given)[0]
     if isinstance(given, str) and isinstance(units, str):
         return _converted(given, units) if len(given) <= LONGEST and _WRITTEN.match(given) else given
     return given

@@ -24,6 +24,7 @@ from jointplay.solver.equations.quantity import Quantity
 from jointplay.solver.mechanism.base import is_number
 from jointplay.solver.mechanism.changes import Changes, paths_of, value_of
 from jointplay.solver.mechanism.directions import Directions, along
+from jointplay.solver.mechanism.measures import ANY
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.own.own import CATALOG
 from jointplay.solver.mechanism.parts.courses import FORCES
@@ -149,12 +150,13 @@ class Parameter:
         return along(lambda value: assembled(self.at(value)), float(self.value), self.key, **how)
 
 
-def declared_units(mechanism: Any, key: Any) -> str | None:
-    """Units of a parameter; None of one that does not exist."""
+def declared_units(mechanism: Any, key: Any) -> str:
+    """Units of a parameter; any of one that does not exist, or where there is no mechanism to ask."""
     try:
-        return Parameter.named(mechanism, key).units
+        known = isinstance(mechanism, Mechanism | TestSystem)
+        return Parameter.named(mechanism, key).units if known else ANY
     except InputError:
-        return None
+        return ANY
 
 
 def _own(system: TestSystem) -> list[str]:
