@@ -5,6 +5,7 @@ import pytest
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.assemble import assemble, check_section
+from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import (
     ConstantSpeed,
     ContactSection,
@@ -104,8 +105,12 @@ def test_every_wrong_change_at_once():
         ({"clearance": "wide"}, "clearance", "as a number"),
         ({"clearance": float("nan")}, "clearance", "of at least 0 m"),
         ({"clearance": {"D": 1e-5}}, "clearance.D", "accepted: O, A, B, C"),
-        ({"speed": 3, "gear_ratio": 3}, "gear_ratio", "only for a motor"),
-        ({"drive": None, "efficiency_in_slope": True}, "efficiency_in_slope", "only for a motor"),
+        (
+            {"speed": 3, "gear_ratio": 3},
+            "gear_ratio",
+            "only for a motor drive, and this drive is of kind 'speed'",
+        ),
+        ({"drive": None, "efficiency_in_slope": True}, "efficiency_in_slope", "drive, and there is no drive"),
         ({"speed": 3, "drive": None}, "speed", "not both"),
         ({"speed": 0}, "speed", "other than 0"),
         ({"drive": {"kind": "speed", "link": "crank"}}, "drive.speed", "speed in rad/s"),
@@ -125,6 +130,20 @@ def test_changes_that_find_nothing_to_change(plain):
     mechanism = Mechanism(**plain)
     found = problems_of(mechanism.replace, friction=0.1, tension=False, clearance=1e-5)
     assert set(found) == {"friction", "tension", "clearance.B"}
+
+
+def test_what_is_offered_is_what_is_then_accepted():
+    """Of a slider-crank neither a motor's gear nor a beam's elements, and a link that it has."""
+    found = problems_of(catalog.slider_crank, gear_rato=3.0, order="paper")
+    assert not {"gear_ratio", "elements", "order"} & {*str(found["gear_rato"].expected).split(", ")}
+    assert "elastic = ['rod']" in found["order"].expected
+    assert "elements" in problems_of(catalog.slider_crank, elemnts=3, elastic=("rod",))["elemnts"].expected
+
+
+def test_of_several_plays_each_is_offered_by_its_path():
+    mechanism = catalog.chunmei2002(clearance={"B": 1e-4, "C": 1e-4})
+    said = str(only(problems_of(Parameter.named, key="clearnce", mechanism=mechanism), "clearnce").expected)
+    assert ".clearance'? These are accepted: joints.B.clearance, joints.C.clearance" in said
 
 
 # Sections

@@ -59,6 +59,7 @@ WRONG = [
     (FORCE | {"on": {"link": "ground", "point": [0.0, 0.0]}}, "loads[0].on.link", "a moving link"),
     (FORCE | {"on": {"link": "rocker", "at": 1.0}}, "loads[0].on.at", "rocker's length"),
     (FORCE | {"angle": "crank", "frequency": 3.0}, "loads[0].angle", "not both"),
+    (FORCE | {"angle": "crank", "frequency": "2 Hz"}, "loads[0].angle", "not both"),
     (FORCE | {"angle": "cranck"}, "loads[0].angle", "did you mean 'crank'"),
     (
         FORCE | {"harmonics": 3},

@@ -268,3 +268,18 @@ def test_as_another_kind_a_file_is_read_without_the_tables_of_its_own():
     assert load(path, ["kind=assess", "analysis={}", "figure={}"]).record.tolerances
     with pytest.raises(InputError, match="tolerances"):
         load(path, [*changes, "tolerances.speed.normal=[1, 2]"])  # but not one that is asked for
+
+
+@pytest.mark.parametrize(
+    ("change", "key", "where"),
+    [
+        ("mechanism.turns=3", "mechanism.turns", "in the table [analysis]"),
+        ("mechanism.vary.speed=[1,2]", "mechanism.vary", "as a table of its own, [vary]"),
+        ("mechanism.title=a", "mechanism.title", "before all tables"),
+        ("analysis.clearance=1e-4", "analysis.clearance", "in the table [mechanism]"),
+        ("analysis.rtol=1e-8", "analysis.rtol", "in the table [integrator]"),
+        ("gravity=0", "gravity", "in the table [mechanism]"),
+    ],
+)
+def test_a_key_in_the_wrong_table_is_sent_to_its_own(change, key, where):
+    assert problems(TEXT, change)[key].endswith(f"; there is no such key here; it is accepted {where}")

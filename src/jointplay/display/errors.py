@@ -64,6 +64,9 @@ _SHORT = _Short()
 _SHORT.maxstring = _SHORT.maxother = 120
 
 
+NO_KEY = "there is no such key"
+
+
 PARTLY = 3  # names suggested that have the unknown one as a part
 
 
@@ -221,12 +224,12 @@ def strangers(words: Iterable[tuple[str, Any]], known: Any, what: str = "key") -
     return (unknown(key, word, word, known, what) for key, word in words if word not in known)
 
 
-def also_known(problem: Problem, names: list[str]) -> Problem:
-    """Give the same problem, of a key that is not known, with more known keys."""
+def also_known(problem: Problem, names: Iterable[str] = (), without: Iterable[str] = ()) -> Problem:
+    """Give the same problem, of a key that is not known, with more known keys, or without some."""
     said = problem.expected
     if not isinstance(said, _NoSuch) or said.what != "key" or said.word != problem.key:
         return problem
-    known = [*names, *(name for name in said.known if name not in names)]
+    known = [name for name in dict.fromkeys([*names, *said.known]) if name not in [*without]]
     return unknown(problem.key, problem.given, said.word, known)
 
 
@@ -248,7 +251,9 @@ class _NoSuch(UserString):
     def data(self) -> str:
         names = ", ".join(self.known) if self.known else "none"
         near = did_you_mean(self.word, self.known)
-        said = f"there is no such {self.what};{near} {'These' if near else 'these'} are accepted: {names}"
+        said = (
+            f"{NO_KEY.replace('key', self.what)};{near} {'These' if near else 'these'} are accepted: {names}"
+        )
         return "; ".join([said, *(f"not loaded: {point}: {why}" for point, why in self.broken.items())])
 
 

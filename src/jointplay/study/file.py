@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from operator import or_
 from pathlib import Path
@@ -15,12 +15,12 @@ from jointplay.analysis.labels import xr
 from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.rules import NONE
 from jointplay.display.accepted import descriptions
-from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, unknown
+from jointplay.display.errors import NO_KEY, NOTHING, InputError, Problem, raise_any, unknown
 from jointplay.kinds import KINDS, Kind
 from jointplay.solver.mechanism.measures import PATTERN
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.study import toml_text
-from jointplay.study.models import TABLES, Study, build_mechanism, in_a_study, keyword_of, models
+from jointplay.study.models import TABLES, Study, build_mechanism, in_a_study, keyword_of, models, tables_of
 from jointplay.study.results import provenance
 from jointplay.study.results.store import open_result
 from jointplay.study.vary_table import in_own_units as varied_in_own_units
@@ -111,7 +111,19 @@ def validate(table: Mapping[str, Any]) -> Study:
     try:
         return models(KINDS[table["kind"]]).study.model_validate(table)
     except InputError as error:
-        raise InputError([*error.problems, *_broken_rules(table, error.problems)], more=error.more) from None
+        found, keys = [*error.problems, *_broken_rules(table, error.problems)], tables_of(table)
+        raise InputError((_at_home(problem, keys) for problem in found), more=error.more) from None
+
+
+def _at_home(problem: Problem, keys: Mapping[str, str]) -> Problem:
+    """The same problem; of an unknown key that another table of a study has, which table that is."""
+    table, _, key = problem.key.rpartition(".")
+    home = keys.get(key, table)
+    if home == table or table not in ("", *keys.values()) or not str(problem.expected).startswith(NO_KEY):
+        return problem
+    own = f"as a table of its own, [{key}]" if home else "before all tables"
+    where = f"in the table [{home}]" if home not in ("", key) else own
+    return replace(problem, expected=f"there is no such key here; it is accepted {where}")
 
 
 def _broken_rules(table: Mapping[str, Any], problems: list[Problem]) -> list[Problem]:

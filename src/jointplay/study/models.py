@@ -34,7 +34,7 @@ from jointplay.analysis.vary import largest
 from jointplay.display.errors import NOTHING, InputError, Problem, join, raise_any, refuse, unknown
 from jointplay.display.number_text import counted, measure, typed
 from jointplay.display.terminal import one_line
-from jointplay.kinds import Kind, load
+from jointplay.kinds import KINDS, Kind, load
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.base import Record, named
 from jointplay.solver.mechanism.parameters import Parameter
@@ -407,6 +407,17 @@ def models(row: Kind) -> Models:
     for model in made:
         model.row = row
     return made
+
+
+def tables_of(study: Mapping[str, Any]) -> dict[str, str]:
+    """The table of a study in which each key is accepted; of a table its own name, else none."""
+    made, given = models(KINDS[study["kind"]]), study.get("mechanism")
+    given = given if isinstance(given, Mapping) else {}
+    entry = catalog.NAMES.get(name) if isinstance(name := given.get("catalog"), str) else None
+    own = _form(name, entry) if entry else TestSystem if "states" in given else Mechanism
+    each = {"mechanism": own, "integrator": made.integrator, "analysis": made.analysis}
+    found = {key: name for name, record in each.items() for key in record.model_fields}
+    return found | {key: "" if key in ("kind", "name", "title") else key for key in made.study.model_fields}
 
 
 def in_a_study(problems: Iterable[Problem]) -> list[Problem]:

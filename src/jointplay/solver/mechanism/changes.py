@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Protocol, TypeVar
 
 from pydantic import Discriminator, Field, Tag
 
-from jointplay.display.errors import InputError, Problem, raise_any, strangers, unknown, with_keys
+from jointplay.display.errors import InputError, Problem, also_known, raise_any, strangers, unknown, with_keys
 from jointplay.solver.mechanism.base import (
     DOWNWARDS,
     Branch,
@@ -40,11 +40,11 @@ _IN_JOINTS = {"friction": "friction.coefficient", "tension": "contact.tension"}
 _NEED_BENDING = ("elements", "damping_ratio", "order")
 _OF_MOTORS = ("gear_ratio", "efficiency_in_slope")
 _IN_DRIVES = dict.fromkeys(_OF_MOTORS, MotorLine) | {"speed": ConstantSpeed}
-_BENDS = "accepted only where a link is elastic, and none is: name some, as elastic = ['coupler']"
+_BENDS = "accepted only where a link is elastic, and none is: name some, as elastic = ['{link}']"
 _NOWHERE = {  # what is accepted of a word that leads nowhere
     **dict.fromkeys(_IN_JOINTS, "accepted only where a joint has contact data, and no joint here has"),
     **dict.fromkeys(_NEED_BENDING, _BENDS),
-    **dict.fromkeys(_OF_MOTORS, "accepted only for a motor drive, and this drive is none"),
+    **dict.fromkeys(_OF_MOTORS, "accepted only for a motor drive, and {drive}"),
 }
 _LINKS = {"accepts": "a list of link names, as ['coupler'],"}
 Clearance = Annotated[
@@ -147,8 +147,13 @@ def changed(mechanism: M, changes: Mapping[str, Any]) -> M:
     problems += [*_clearance_problems(mechanism, values), *_friction_problems(mechanism, values)]
     problems += [*_elastic_problems(mechanism, values), *_drive_problems(values)]
     doubtful = _NEED_BENDING if any(first(problem.key) == "elastic" for problem in problems) else ()
-    nowhere = [w for w in _NOWHERE if w in values and w not in doubtful and not paths_of(begun, w)]
-    problems += [Problem(word, values[word], _NOWHERE[word]) for word in nowhere]
+    nowhere = [word for word in _NOWHERE if word not in doubtful and not paths_of(begun, word)]
+    problems = [also_known(problem, without=nowhere) for problem in problems]
+    names = [link.name for link in mechanism.links]
+    kind = "speed" if "speed" in values else getattr(begun.drive, "kind", None)
+    drive = f"this drive is of kind {kind!r}" if kind else "there is no drive"
+    here = {"link": names[len(names) // 2], "drive": drive}
+    problems += [Problem(w, values[w], _NOWHERE[w].format(**here)) for w in nowhere if w in values]
     raise_any(problems)
     return at_paths(mechanism, _ends(mechanism, begun, values))
 

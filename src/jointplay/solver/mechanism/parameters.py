@@ -170,7 +170,10 @@ def _problem(mechanism: Mechanism | TestSystem, key: Any, place: str) -> Problem
         known = _own(mechanism)
         return None if key in known else unknown(place, key, key, known, "parameter")
     if not is_path(key):
-        known = [name for name in NAMED if _is_real(value_of(mechanism, name))]
+        loose = [f"joints.{joint.name}.clearance" for joint in mechanism.clearance_joints]
+        words = {"clearance": loose} if len(loose) > 1 else {}  # the word alone makes the others ideal
+        real = (name for name in NAMED if _is_real(value_of(mechanism, name)))
+        known = [key for name in real for key in words.get(name, [name])]
         known.append(f"a path such as {EXAMPLE}")
         return None if key in NAMED else unknown(place, key, key, known, "parameter")
     number, problem = part_at(mechanism, key, place)

@@ -21,6 +21,7 @@ from jointplay.display.errors import NOTHING, Problem, raise_any
 from jointplay.display.number_text import measure
 from jointplay.solver.equations import structure
 from jointplay.solver.mechanism.base import Few, Number, Positive, Record, measured
+from jointplay.solver.mechanism.measures import ANY
 
 LEAST, MOST = 3, 1000  # values of a table
 _TABLE = f"a list of {LEAST} to {MOST} finite numbers, evenly spaced over one period and not all alike,"
@@ -125,8 +126,9 @@ class Course(Record):
 
     @classmethod
     def _further_units(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
-        own = cls.units
-        return {"constant": own, "table": own, "harmonics": {"cosine": own, "sine": own}}
+        own, given = cls.units, [key for key in cls.phases if data.get(key) is not None]
+        phases = dict.fromkeys(given, ANY) if len(given) > 1 else {}  # then none of them is right
+        return {"constant": own, "table": own, "harmonics": {"cosine": own, "sine": own}, **phases}
 
     @model_validator(mode="after")
     def _one_course(self) -> Self:
