@@ -35,3 +35,17 @@ def test_what_varies_is_doubted_too_and_a_result_keeps_it(tmp_path, capsys):
     with xr.open_dataset(tmp_path / "a.nc") as result:
         assert result.attrs["doubts"].startswith("analysis.initial.crank_speed: got 1500.0;")
     assert capsys.readouterr().err.count("14324 rpm") == 1
+
+
+def test_what_varies_nothing_is_doubted_and_whose_clearance_varies_is_said(tmp_path, capsys):
+    """With play at C alone, the contact of B is nowhere, and the word `clearance` is B's."""
+    path = tmp_path / "a.toml"
+    text = TEXT.partition("[figure]")[0].replace("clearance = 2.9e-4", "clearance = { C = 2.9e-4 }")
+    path.write_text(text)
+    assert main(["check", str(path), "--set", "vary.joints.B.contact.stiffness=[1e7, 2e7]"]) == 0
+    assert "vary.joints.B.contact.stiffness: got [1" in (said := capsys.readouterr().err)
+    assert "nothing varies" in said
+    assert main(["check", str(path), "--set", "vary.joints.C.contact.stiffness=[1e7, 2e7]"]) == 0
+    assert "nothing varies" not in capsys.readouterr().err
+    assert main(["check", str(path), "--set", "vary.clearance=[1e-4, 2e-4]"]) == 0
+    assert "varies     clearance of joint B (none at C), 2 values" in capsys.readouterr().out

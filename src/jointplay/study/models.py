@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cache, cached_property, partial
 from inspect import signature
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_type_hints
 
+import numpy as np
 from pydantic import (
     AfterValidator,
     BeforeValidator,
@@ -36,6 +38,7 @@ from jointplay.display.number_text import counted, measure, typed
 from jointplay.display.terminal import one_line
 from jointplay.kinds import KINDS, Kind, load
 from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Record, named
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.paths import as_paths
@@ -285,7 +288,7 @@ class Study(OfKind):
         start, section = given.get("initial"), given.get("section")
         several = (self.mechanism, largest(self.mechanism, vary_table.values(self.vary)))
         found = [problem for mechanism in several for problem in doubts(mechanism, start, section)]
-        found += self._failing_cells()
+        found += [*self._failing_cells(), *self._idle()]
         return list(dict.fromkeys(str(replace(problem, key=_place(problem.key))) for problem in found))
 
     def _failing_cells(self) -> Iterator[Problem]:
@@ -295,6 +298,19 @@ class Study(OfKind):
                 changed = {"mechanism": self.mechanism.varied({key: value})}
                 for problem in self.row.function.asked(self.keywords() | changed)[0][:1]:
                     yield Problem(f"over.{key}", value, f"its cells fail: {problem.expected}")
+
+    def _idle(self) -> Iterator[Problem]:
+        """Parameters of `[vary]` on which no equation depends, as the mechanism is."""
+        given = vary_table.values(self.vary)
+        most = largest(self.mechanism, given)
+        for key, values in given.items():
+            ends = min(values), max(values)
+            with suppress(InputError):
+                one, other = (assemble(most.varied({key: end})) for end in ends)
+                same = np.array_equal([*one.numbers, *one.state], [*other.numbers, *other.state])
+                if same and one.structure == other.structure and ends[0] < ends[1]:
+                    why = "the mechanism as it is does not depend on it (a joint without play has no contact)"
+                    yield Problem(f"over.{key}", list(ends), f"nothing varies: {why}")
 
     def summary(self) -> str:
         """A few lines on the study's settings."""
@@ -311,9 +327,13 @@ class Study(OfKind):
         return "\n".join(lines)
 
     def _span(self, key: str, values: Sequence[float]) -> str:
-        """A parameter, how many values it has, and the least and the largest."""
-        units = Parameter.named(self.mechanism, key).units
-        least, most = (measure(each, units) for each in (min(values), max(values)))
+        """A parameter, of a clearance whose, how many values it has, and the least and the largest."""
+        found = Parameter.named(self.mechanism, key)
+        least, most = (measure(each, found.units) for each in (min(values), max(values)))
+        if key == "clearance" and isinstance(self.mechanism, Mechanism):
+            own = found.paths[0].split(".")[1]
+            ideal = [joint.name for joint in self.mechanism.clearance_joints if joint.name != own]
+            key += f" of joint {own}" + f" (none at {', '.join(ideal)})" * bool(ideal)
         return f"{key}, {counted(len(values), 'value')} from {least} to {most}"
 
     def _length(self) -> str:

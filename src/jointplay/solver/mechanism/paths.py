@@ -79,16 +79,27 @@ def with_parts(record: R, changes: Mapping[str, Any]) -> R:
         try:
             record = at_paths(record, {path: value})
         except InputError as error:
-            raise InputError(_told_of(path, value, each) for each in error.problems) from None
+            raise InputError(_told_of(record, path, value, each) for each in error.problems) from None
     return record
 
 
-def _told_of(path: str, value: Any, problem: Problem) -> Problem:
+def _told_of(record: Any, path: str, value: Any, problem: Problem) -> Problem:
     """A problem where a value was changed, which may not fit to a number elsewhere."""
     expected, colon, more = problem.expected.partition(": ")
     if is_number(problem.given) and problem.given != value:
-        expected = f"{expected} as {problem.key.partition('.')[2]}, which is {problem.given:g}"
+        other = _by_name(record, problem.key.partition(".")[2])
+        expected += f" as {other}, which is {problem.given:g}"
+        more += f"; '{path} + {other}' changes both by as much"
     return Problem(path, value, expected + colon + more)
+
+
+def _by_name(record: Any, path: str) -> str:
+    """A path with the names of parts in place of their numbers."""
+    told = ""
+    for step in steps(path):
+        record = below(record).get(step)
+        told = join(told, getattr(record, "name", step) if step.startswith("[") else step)
+    return told
 
 
 def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
