@@ -46,6 +46,8 @@ def test_of_a_file_or_a_result_of_another_kind_the_mechanism_alone_is_taken(stud
         assert (found.kind, found.name) == ("assess", f"{path.stem}_assess")
         assert found.mechanism == loaded.record.mechanism
     assert load(study, ["name=mine"], kind="assess").record.name == "mine"
+    study.write_text('title = "A rocker"\n[mechanism]\ncatalog = "chunmei2002"\n')
+    assert load(study, kind="assess").record.heading == "A rocker"
 
 
 def test_a_linkage_written_out_equals_the_catalog():

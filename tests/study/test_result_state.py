@@ -4,7 +4,9 @@ import pytest
 
 from jointplay import cli
 from jointplay.study import plan
-from jointplay.study.results import store
+from jointplay.study.file import load
+from jointplay.study.result_state import result_state
+from jointplay.study.results import provenance, store
 from tests.support.fixtures import calls, study
 from tests.support.study_samples import result, stand_in
 from tests.support.sweep_samples import CELLS
@@ -115,3 +117,34 @@ def test_values_that_are_added_to_a_sweep_go_into_its_result(study, tmp_path, ca
     capsys.readouterr()
     assert cli.main(["status", str(study), "--out", str(tmp_path / "out")]) == 0
     assert "other settings (vary)" in capsys.readouterr().out
+
+
+def stored(record, folder):
+    """A result of a study that stands there as if it had been computed."""
+    folder.mkdir(exist_ok=True)
+    kept = provenance.attach(result(), record.model_dump(mode="json"), "")
+    return store.write_result(kept, folder / f"{record.name}.nc")
+
+
+def test_a_result_of_fewer_samples_says_how_many_it_has(tmp_path):
+    """200 samples of 1000 were called done, where the study asks for more."""
+    path = tmp_path / "parts.toml"
+    path.write_text(
+        'kind = "tolerances"\n[mechanism]\ncatalog = "slider_crank"\n[tolerances]\nspeed.normal = [200, 1]\n'
+    )
+    file = stored(load(path, ["analysis.samples=200"]).record, tmp_path / "out")
+    assert result_state(load(path).record, file) == "has 200 of 1000 samples"
+    assert result_state(load(path, ["analysis.samples=200"]).record, file) == "done"
+    assert result_state(load(path, ["analysis.samples=100"]).record, file) == "done"
+
+
+def test_a_file_without_a_kind_has_a_state_as_each_that_it_was_computed_as(tmp_path, capsys):
+    path = tmp_path / "rocker.toml"
+    path.write_text('title = "A rocker"\n[mechanism]\ncatalog = "slider_crank"\n')
+    words = ["status", str(path), "--out", str(tmp_path / "out")]
+    assert cli.main(words) == 2, "nothing says as what"
+    file = stored(load(path, kind="assess").record, tmp_path / "out")
+    capsys.readouterr()
+    assert cli.main(words) == 0
+    assert f"result   {file}: done" in capsys.readouterr().out
+    assert listed(tmp_path, capsys).endswith("rocker.toml  assess  done  A rocker")

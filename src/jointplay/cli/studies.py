@@ -197,11 +197,13 @@ def plan_study(arguments: Namespace) -> int:
 @verb("status", STUDY, OUT, CHANGE, example=SWEEP)
 def show_status(arguments: Namespace) -> int:
     """Show the state of a study: finished and failed cells, whether it runs, and the stored result."""
-    from jointplay.study.file import load
+    from jointplay.study.file import kinds_there, load
     from jointplay.study.plan import status
 
-    for line in status(load(arguments.study, arguments.set), Path(arguments.out)):
-        say(line)
+    path, out = Path(arguments.study), Path(arguments.out)
+    for kind in kinds_there(path, out, arguments.set) or [None]:
+        for line in status(load(path, arguments.set, kind), out):
+            say(line)
     return DONE
 
 

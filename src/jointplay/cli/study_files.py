@@ -3,6 +3,7 @@
 import json
 import os
 from argparse import Namespace
+from collections.abc import Iterator
 from pathlib import Path
 
 from jointplay.cli.studies import loaded
@@ -55,7 +56,7 @@ def list_studies(arguments: Namespace) -> int:
     if not os.path.isdir(folder):
         raise _no_studies(folder, "there is no such folder")
     paths = sorted(folder.glob("*.toml") if here else folder.rglob("*.toml"))
-    rows = [_row(path, out, path.parent.relative_to(folder)) for path in paths]
+    rows = [row for path in paths for row in _rows(path, out, path.parent.relative_to(folder))]
     rows = [row for row in rows if not here or row[1] != UNKNOWN or row[3]]
     if not rows:
         raise _no_studies(folder, "`jointplay new` writes one")
@@ -69,29 +70,37 @@ def _no_studies(folder: Path, why: str) -> InputError:
     return InputError([Problem("folder", str(folder), f"a folder with study files; {why}")])
 
 
-def _row(path: Path, out: Path, inside: Path) -> tuple[str, str, str, str]:
-    """File, kind, state of the result, and title of a study, which is validated only where there is one."""
+def _rows(path: Path, out: Path, inside: Path) -> Iterator[tuple[str, str, str, str]]:
+    """File, kind, state of the result, and title of a study, which is validated only where there is one.
+
+    A file that names no kind has a row for each as which it has a result.
+    """
+    from jointplay.study.file import kinds_there
     from jointplay.study.toml_text import parse, read_text
 
     try:
         table = parse(read_text(path))
     except InputError:
-        return str(path), UNKNOWN, "", "not a readable study file: see `jointplay check`"
-    name = str(table.get("name", path.stem))
-    results = [at for folder in (out, out / inside) if os.path.isfile(at := folder / f"{name}.nc")]
-    kind, title = (
-        one_line(str(table.get(key, default))) for key, default in (("kind", UNKNOWN), ("title", ""))
-    )
-    return str(path), kind, _state(path, results[0]) if results else "", title
+        yield str(path), UNKNOWN, "", "not a readable study file: see `jointplay check`"
+        return
+    title, name = one_line(str(table.get("title", ""))), str(table.get("name", path.stem))
+    places = list(dict.fromkeys((out, out / inside)))
+    found = [(kind, at) for at in places for kind in kinds_there(path, at)]
+    for kind, at in found:
+        yield str(path), kind, _state(path, at / f"{path.stem}_{kind}.nc", kind), title
+    results = [at for place in places if os.path.isfile(at := place / f"{name}.nc")]
+    if results or not found:
+        kind = one_line(str(table.get("kind", UNKNOWN)))
+        yield str(path), kind, _state(path, results[0]) if results else "", title
 
 
-def _state(path: Path, result: Path) -> str:
+def _state(path: Path, result: Path, kind: str | None = None) -> str:
     """State of a study's result in a word or two."""
     from jointplay.study.file import load
     from jointplay.study.result_state import result_state
 
     try:
-        return result_state(load(path).record, result).partition(" (")[0]
+        return result_state(load(path, kind=kind).record, result).partition(" (")[0]
     except InputError:
         return "not valid"
 

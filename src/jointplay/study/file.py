@@ -60,7 +60,8 @@ def load(path: Path | str, changes: Iterable[str] = (), kind: str | None = None)
     (table, text), name = _read(path), Path(path).stem
     was = table.get("kind")
     if kind not in (None, was):
-        own = {name: table[name] for name in ("mechanism", *TABLES.values()) if name in table}
+        kept = ("mechanism", *TABLES.values(), *["title"] * (was is None))
+        own = {name: table[name] for name in kept if name in table}
         name, was, table = f"{name}_{kind}", None, {"kind": kind} | own
     made = {"name": name} | toml_text.override(table, changes)
     # as another kind, without tables that the other one alone has
@@ -68,6 +69,13 @@ def load(path: Path | str, changes: Iterable[str] = (), kind: str | None = None)
         strange = {*TABLES.values()} - {*map(TABLES.get, KINDS[made["kind"]].function.fields())}
         made = {key: each for key, each in made.items() if key not in strange or each != table.get(key)}
     return Loaded(validate(made), text)
+
+
+def kinds_there(path: Path, out: Path, changes: Iterable[str] = ()) -> list[str]:
+    """The kinds as which a study file that names none has results, or begun ones."""
+    named = "kind" in toml_text.override(_read(path)[0], changes)
+    files = ((kind, out / f"{path.stem}_{kind}{end}") for kind in KINDS for end in (".nc", ".journal"))
+    return [] if named else list(dict.fromkeys(kind for kind, file in files if file.exists()))
 
 
 def _read(path: Path | str) -> tuple[dict[str, Any], str]:

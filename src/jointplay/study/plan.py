@@ -222,7 +222,8 @@ def _finished(study: Loaded, journals: Iterable[Journal]) -> tuple[dict[str, int
     if has_cells(study.record) and not study.record.vary:  # the analysis need not begin for that
         begin = study_hash(study.record)
         finished = {key: status for key, status in index.items() if key.startswith(begin)}
-        return finished, count_by_keys(finished)
+        if finished or not index:
+            return finished, count_by_keys(finished)
     work = first_work(study.record)
     keys = {*work.possible} or {key for job in work.jobs for key in job.keys}
     found = {key: status for key, status in index.items() if key in keys}

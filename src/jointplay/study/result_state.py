@@ -28,7 +28,7 @@ SHOWN = 3  # keys of other settings that are named
 
 def refuse_other(record: Study, path: Path) -> None:
     """Raise `InputError` where a run would write over the result of a study with other settings."""
-    if os.path.lexists(path) and (others := [key for key in _differences(record, path) if key != "vary"]):
+    if os.path.lexists(path) and (others := [key for key in _differences(record, path)[0] if key != "vary"]):
         expected = (
             f"it is a result with other settings ({listed(others, SHOWN)}): --fresh writes over it, "
             "--out DIR or --set name=OTHER keeps both"
@@ -37,24 +37,33 @@ def refuse_other(record: Study, path: Path) -> None:
 
 
 def result_state(record: Study, path: Path) -> str:
-    """A word or two on the result of a study: ``done``, another end, or the differences; empty: none."""
+    """A few words on the result of a study: ``done``, another end, or the differences; empty: none."""
     if not os.path.exists(path):
         return ""
-    if others := _differences(record, path):
+    others, less = _differences(record, path)
+    if others:
         return f"other {'version' if others == [UNREAD] else 'settings'} ({listed(others, SHOWN)})"
     stored = part(path, "status")
     ended = name_of(stored) if "status" in stored else "ok"
-    return "done" if ended == "ok" else f"stopped early ({ended})"
+    return (less or "done") if ended == "ok" else f"stopped early ({ended})"
 
 
-def _differences(record: Study, path: Path) -> list[str]:
-    """Keys in which a study differs from that of a stored result; `UNREAD` where the file has none."""
+def _differences(record: Study, path: Path) -> tuple[list[str], str]:
+    """Keys in which a study differs from that of a stored result, and of which bound that has less.
+
+    `UNREAD` is all that is known of a file that has no study.
+    """
     try:
         stored = validate(provenance.held(attributes(path)).get("study", {}))
     except InputError:
-        return [UNREAD]
+        return [UNREAD], ""
     before, now = (dict(_flat(_plain(each))) for each in (stored, record))
-    return [key for key in now | before if before.get(key) != now.get(key)]
+    others = [key for key in now | before if before.get(key) != now.get(key)]
+    counts = [(key, *(getattr(each.analysis, key, 0) for each in (stored, record))) for key in record.bounds]
+    less = (
+        f"has {had} of {asked} {key}" for key, had, asked in counts if isinstance(asked, int) and had < asked
+    )
+    return others, next(less, "")
 
 
 def _plain(record: Study) -> dict[str, Any]:
