@@ -108,3 +108,16 @@ def test_a_folder_that_cannot_be_written_is_refused_before_any_work(tmp_path):
     assert "--out: got " in done.stderr
     assert "a folder in which files can be written" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_study_file_in_place_of_its_result_and_a_misspelt_verb_are_told_as_that(tmp_path, capsys):
+    path = tmp_path / "a.toml"
+    path.write_text(TEXT)
+    assert main(["animate", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert "that `jointplay run` wrote is accepted; this is a study file, to be run first" in said
+    assert main(["check", str(tmp_path / "nope.toml")]) == 2
+    assert "the name of a study file (TOML, UTF-8) is accepted; no such file" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["asses", str(path)])
+    assert capsys.readouterr().err.endswith("; did you mean 'assess'?\n")

@@ -57,3 +57,17 @@ def test_stretch_goes_on_beyond_the_knots():
 )
 def test_a_number_has_six_digits_unless_others_are_asked_for(value, expected):
     assert plain(value) == expected
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        (3650.0, "3650"),
+        (-98764.0, "−98760"),
+        (99999.6, "1 × 10⁵"),
+        (0.00125, "0.00125"),
+        (2.5e7, "2.5 × 10⁷"),
+    ],
+)
+def test_a_number_that_a_person_writes_in_full_has_no_power(value, expected):
+    assert plain(value, 4) == expected

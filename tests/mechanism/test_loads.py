@@ -29,7 +29,9 @@ def test_what_a_mechanism_tells_of_its_loads():
     given = catalog.chunmei2002(loads=[FORCE, TORQUE])
     assert Mechanism(**listed(given.model_dump())) == given
     text = given.summary()
-    assert "press: force on rocker, 100 mm from its origin, at 17.19 deg to the ground, 5 N with harm" in text
+    assert "press: force on rocker, 100 mm from its origin, towards 17.19 deg from +x, 5 N with harm" in text
+    bent = catalog.chunmei2002(loads=[FORCE | {"on": {"link": "rocker"}, "fixed": "link"}]).summary()
+    assert "press: force on rocker, at its origin, towards 17.19 deg from its line, 5 N" in bent
     assert "shake: torque on coupler, 0 N·m with harmonics 1, 3 over time at 50 rad/s" in text
 
 

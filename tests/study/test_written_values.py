@@ -142,3 +142,22 @@ def test_bounds_of_an_optimum_name_the_parameter_that_there_is_not():
     shown = said(kind="optimise", analysis={"by": {"clearance": ["1", "2 mm"]}})["analysis.by.clearance[0]"]
     assert "coordinates" not in shown
     assert "with its unit" in shown
+
+
+def test_spreads_name_what_was_given_and_the_distribution_that_is_meant():
+    spreads = {"speed": {"gaussian": [150, 5]}}
+    assert (
+        "there is no such distribution; did you mean 'normal'?"
+        in said(kind="tolerances", analysis={}, tolerances=spreads)["tolerances.speed.gaussian"]
+    )
+    with pytest.raises(
+        InputError, match=r"got \{'normal': \(5e-6, 5e-6\)\}; .* is beyond −18.77 µm: above and"
+    ):
+        validate(
+            BASE
+            | {
+                "kind": "tolerances",
+                "analysis": {},
+                "tolerances": {"clearance": {"normal": ["5 um", "5 um"]}},
+            }
+        )

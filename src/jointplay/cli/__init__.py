@@ -13,7 +13,7 @@ from typing import NoReturn
 
 from jointplay.cli import results, selftest, studies, study_files
 from jointplay.cli.verb import DONE, FAILED, VERBS
-from jointplay.display.errors import InputError
+from jointplay.display.errors import InputError, did_you_mean
 from jointplay.display.terminal import harmless_output
 from jointplay.jobs import interrupts
 from jointplay.solver.extensions import outsider
@@ -160,8 +160,10 @@ class _Parser(ArgumentParser):
     """The parser of all verbs; of one that it does not know, it says which verbs could not be loaded."""
 
     def error(self, message: str) -> NoReturn:
+        _, _, given = message.partition("invalid choice: '")
+        near = did_you_mean(given.partition("'")[0], VERBS).strip()
         lost = (f"not loaded: {point}: {why}" for point, why in VERBS.broken.items())
-        super().error("; ".join([message, *lost]))
+        super().error("; ".join([message, *[near] * bool(near), *lost]))
 
 
 class _VerbParser(ArgumentParser):

@@ -83,7 +83,9 @@ def animate_result(arguments: Namespace) -> int:
     )
     target = Path(arguments.out) if arguments.out else Path(arguments.result).with_suffix(".mp4")
     if not target.suffix:
-        raise InputError([Problem("--out", str(target), "a name that ends in .mp4, .gif, .pdf or .png")])
+        raise InputError(
+            [Problem("--out", str(target), "a name that ends in .mp4, .gif, .pdf or .png is accepted")]
+        )
     with Progress(target.name) as progress:
         path = animate(open_result(arguments.result), target, **options, progress=progress)
     say(f"written {path}, {path.stat().st_size / 1e6:.2g} MB")

@@ -67,7 +67,7 @@ def list_studies(arguments: Namespace) -> int:
 
 
 def _no_studies(folder: Path, why: str) -> InputError:
-    return InputError([Problem("folder", str(folder), f"a folder with study files; {why}")])
+    return InputError([Problem("folder", str(folder), f"a folder with study files is accepted; {why}")])
 
 
 def _rows(path: Path, out: Path, inside: Path) -> Iterator[tuple[str, str, str, str]]:

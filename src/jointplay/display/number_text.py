@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 MINUS = str.maketrans("-", "\N{MINUS SIGN}")
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+LARGEST = 99999.5  # below which no power of ten is written
 LONGEST = 5  # decimals, before a small number is written with a power of ten
 
 PLAIN = {"1": "\N{EN DASH}", "": "\N{EN DASH}"}
@@ -64,7 +65,8 @@ def plain(value: float, digits: int = 6) -> str:
     """Return a number in so many significant digits."""
     if math.isnan(value):
         return "\N{EN DASH}"
-    mantissa, _, power = f"{value:.{digits}g}".partition("e")
+    text = f"{value:.{digits}g}"
+    mantissa, _, power = (f"{Decimal(text):f}" if 1 <= abs(value) < LARGEST else text).partition("e")
     tail = f" × 10{str(int(power)).translate(RAISED)}" if power else ""
     return mantissa.translate(MINUS) + tail
 

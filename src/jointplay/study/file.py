@@ -94,7 +94,9 @@ def mechanism_of(path: Path | str) -> Mechanism:
     """Give the linkage of a study file, of a file that holds a `[mechanism]` table alone, or of a result."""
     mechanism = moving_of(path)
     if not isinstance(mechanism, Mechanism):
-        raise InputError([Problem("mechanism", mechanism.name, "a linkage is accepted, not a test system")])
+        raise InputError(
+            [Problem("mechanism", mechanism.name, "a linkage is accepted, no system of equations")]
+        )
     return mechanism
 
 

@@ -24,7 +24,7 @@ STEP = re.compile(r"""(?:^|\.)(?:(["'])(?P<quoted>.+?)\1|(?P<name>[^.\[\]=\s"']+
 
 def read_text(path: Path | str, key: str = "study file", what: str = "a study file (TOML, UTF-8)") -> str:
     """Text of a file; `InputError` where it is no readable file or its bytes are not UTF-8."""
-    expected = f"the name of {what}"
+    expected = f"the name of {what} is accepted"
     try:
         return _content(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -101,7 +101,7 @@ def test_the_summary_names_a_limit_that_is_not_met(limits, required):
     found = kept(limits, 1.0)
     assert "is required" not in str(jp.summary(found))
     missed = found.assign(value=found["value"] * 0 + 1, missed=found["missed"] * 0 + 0.8)
-    assert f"end:state:x is 1, and {required} is required" in str(jp.summary(missed))
+    assert f"state at the end, x is 1, and {required} is required" in str(jp.summary(missed))
 
 
 def test_limits_of_a_study_file_may_be_infinite(tmp_path):

@@ -222,7 +222,7 @@ def test_of_equations_there_is_nothing_to_show(tmp_path):
     motion = jp.simulate(jp.catalog.duffing(), turns=1)
     with pytest.raises(InputError) as told:
         jp.animate(motion, tmp_path / "m.png")
-    assert str(told.value) == "mechanism: got 'duffing'; a linkage is accepted, no test system"
+    assert str(told.value) == "mechanism: got 'duffing'; a linkage is accepted, no system of equations"
 
 
 @pytest.mark.nightly

@@ -105,7 +105,7 @@ def answer(result: xr.Dataset) -> str:
         return "\n".join([WHY[end] + _play(result), *_missed(result)])
     if int(result["status"]):
         return f"no optimum: {WHY[end] or 'no motion'}"
-    lines = [f"{result.attrs['aim']}: {_changes(result)}", "; ".join(_before_and_after(result))]
+    lines = ["; ".join([*_before_and_after(result), _changes(result)])]
     doubts = [WHY[end]] if WHY[end] else []
     doubts += _missed(result)[: float(result["missed"]) > result.attrs["tolerance"]]
     followed = [name.partition(":")[0] not in MULTIPLIERS for name in result["quantity"].values]
@@ -120,7 +120,7 @@ def answer(result: xr.Dataset) -> str:
 
 
 def _changes(result: xr.Dataset) -> str:
-    columns = ("parameter", "first_value", "optimum", "parameter_units")
+    columns = ("parameter_name", "first_value", "optimum", "parameter_units")
     rows = zip(*(result[name].values for name in columns), strict=True)
     told = [
         f"{name} from {measure(float(first), units)} to {measure(float(last), units)}"
@@ -132,9 +132,9 @@ def _changes(result: xr.Dataset) -> str:
 def _before_and_after(result: xr.Dataset) -> Iterator[str]:
     for i in range(result.sizes["quantity"]):
         one, unit = result.isel(quantity=i), str(result["quantity_units"].values[i])
-        before = plain(float(one["before"]), 4) if np.isfinite(one["before"]) else "unknown"
-        after = plain(float(one["value"]), 6) + (f" {unit}" if unit != "1" else "")
-        yield f"{one['quantity'].item()}: {before} before, {after} after"
+        before, after = (measure(float(one[key]), unit) for key in ("before", "value"))
+        before = before if np.isfinite(one["before"]) else "unknown"
+        yield f"{one['quantity_name'].item()}: {before} before, {after} after"
 
 
 def _play(result: xr.Dataset) -> str:
@@ -149,13 +149,14 @@ def _missed(result: xr.Dataset) -> list[str]:
     for one in (result.isel(quantity=i) for i in range(result.sizes["quantity"])):
         value, low, high = (float(one[name]) for name in ("value", "limit_low", "limit_high"))
         beyond = value > high or low == -math.inf
-        limit = f"at most {plain(high, 4)}" if beyond else f"at least {plain(low, 4)}"
+        units = one["quantity_units"].item()
+        limit = f"at most {measure(high, units)}" if beyond else f"at least {measure(low, units)}"
         if not low <= value <= high:
-            now = plain(value, 4) if np.isfinite(value) else "unknown"
-            told.append(f"{one['quantity'].item()} is {now}, and {limit} is required")
+            now = measure(value, units) if np.isfinite(value) else "unknown"
+            told.append(f"{one['quantity_name'].item()} is {now}, and {limit} is required")
     low, high, at = (result[name].values for name in ("low", "high", "optimum"))
     ends = ((at - low <= 1e-6 * (high - low), "lowest"), (high - at <= 1e-6 * (high - low), "highest"))
-    names = result["parameter"].values
+    names = result["parameter_name"].values
     bound = [f"{names[i]} at its {word} value" for there, word in ends for i in np.flatnonzero(there)]
     return ["; ".join(told), ", ".join(bound)][: 1 + bool(bound)]
 

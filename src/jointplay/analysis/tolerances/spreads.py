@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any
 
@@ -42,6 +42,7 @@ from jointplay.display.errors import (
     strangers,
     unknown,
 )
+from jointplay.display.number_text import measure
 from jointplay.solver.mechanism.base import Name, Number, Positive, Record, Written, accepts, unit
 from jointplay.solver.mechanism.measures import ANY, in_si
 from jointplay.solver.mechanism.parameters import INITIAL, Parameter, declared_units
@@ -95,13 +96,13 @@ class Spread(Record):
         The distribution is cut off there.
     """
 
-    normal: tuple[Written, Positive] | None = None
+    normal: tuple[Number, Positive] | None = None
     lognormal: tuple[Positive, Positive] | None = None
-    uniform: tuple[Written, Written] | None = None
-    triangular: tuple[Written, Written, Written] | None = None
-    values: tuple[Written, ...] | None = None
+    uniform: tuple[Number, Number] | None = None
+    triangular: tuple[Number, Number, Number] | None = None
+    values: tuple[Number, ...] | None = None
     weights: tuple[Positive, ...] | None = None
-    within: tuple[Written, Written] | None = None
+    within: tuple[Number, Number] | None = None
     fit: Name | None = None
     diameter: Annotated[Positive, unit("diameter", "m")] | None = None
     cp: Positive | None = None
@@ -110,6 +111,15 @@ class Spread(Record):
     parameters: dict[str, Number] | None = None
     above: Written | None = None
     below: Written | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _normal_by_another_name(cls, given: Any) -> Any:
+        meant = (
+            [key for key in given if key.lower().startswith("gauss")] if isinstance(given, Mapping) else ()
+        )
+        raise_any(unknown(key, given[key], "normal", FORMS, "distribution") for key in meant)
+        return given
 
     @model_validator(mode="after")
     def _is_one(self) -> Spread:
@@ -183,7 +193,8 @@ def flat(table: Any) -> Any:
         return table
     found: dict[str, Any] = {}
     for key, value in table.items():
-        nested = isinstance(value, Mapping) and value and not set(value) & {*Spread.model_fields}
+        tables = isinstance(value, Mapping) and any(isinstance(each, Mapping) for each in value.values())
+        nested = tables and not set(value) & {*Spread.model_fields}
         found |= {join(str(key), k): v for k, v in flat(value).items()} if nested else {str(key): value}
     return found
 
@@ -407,9 +418,14 @@ def spreads_fit(mechanism: Mechanism | TestSystem, spreads: Spreads | None) -> I
             yield from _state_fits(mechanism, key, place)
             continue
         found = problems_of(axes, mechanism, {key: sorted({*ends.tolist()})}, "spreads")
-        far = "; one in a million is as far out as this: above and below cut a spread off"
-        more = far if law.whole and not any(p.key == place for p in found) else ""
-        yield from (Problem(place, p.given, f"{p.expected}{more}" if more else p.expected) for p in found)
+        if law.whole and not any(p.key == place for p in found):
+            told, units = spread.model_dump(exclude_none=True), parameter_words(mechanism, key)[1]
+            cut = "above and below cut a spread off"
+            far = (f"one in a million is beyond {measure(p.given, units)}: {cut}" for p in found)
+            found = [
+                Problem(place, told, f"{p.expected}; {text}") for p, text in zip(found, far, strict=True)
+            ]
+        yield from (replace(p, key=place) for p in found)
 
 
 def _state_fits(mechanism: Mechanism | TestSystem, key: str, place: str) -> Iterator[Problem]:

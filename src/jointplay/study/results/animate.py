@@ -168,7 +168,7 @@ def _mechanism(motion: xr.Dataset) -> Mechanism:
         raise refuse(NOTHING, expected, "mechanism")
     table = json.loads(table) if isinstance(table, str) else table
     if "rates" in table:
-        raise refuse(table["name"], "a linkage is accepted, no test system", "mechanism")
+        raise refuse(table["name"], "a linkage is accepted, no system of equations", "mechanism")
     return Mechanism.model_validate(table)
 
 

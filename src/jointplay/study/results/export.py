@@ -107,9 +107,12 @@ def _csv(dataset: xr.Dataset, over: Sequence[str] | None) -> bytes:
     every = [name for name in dict.fromkeys((*told.coords, *told.variables)) if name not in rows]
     columns = {name: _columns(told, name, rows, names) for name in every}
     if left := [name for name in every if not columns[name] and name not in names]:
-        also = sorted({str(dim) for name in left for dim in told[name].dims} - {*rows, *names})
-        theirs = f"; those have the dimensions {', '.join(also)}" if also else ""
-        warn(f"not in the table: {', '.join(left)}{theirs}")
+        groups: dict[str, list[str]] = {}
+        for name in left:
+            dims = " and ".join(str(dim) for dim in told[name].dims if dim not in names)
+            groups.setdefault(f"over {dims}" if dims else f"not over {' and '.join(rows)}", []).append(name)
+        lists = (f"{', '.join(each)} ({dims})" for dims, each in groups.items())
+        warn(f"not in the table: {'; '.join(lists)}")
     found = {label: column for own in columns.values() for label, column in own.items()}
     frame = xr.Dataset(found, {dim: told[dim].variable for dim in rows}).to_dataframe(rows).reset_index()
     units = [str({**told.variables, **found}[label].attrs.get("units", "")) for label in frame]

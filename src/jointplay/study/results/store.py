@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ENGINE = "netcdf4"  # always named: mixing HDF5 stacks in one process has broken before
+NO_NETCDF = -51  # the number of its error for a file of another format
 COMPRESS_FROM = 1024  # values; below this the chunk headers cost more than they save
 BLOCK = 2**21  # bytes written at a time: some 50 ms of compressing
 SOON = 2**24  # bytes that are still written where Ctrl-C was pressed: half a second
@@ -192,20 +193,23 @@ def attributes(path: Path | str) -> dict[str, Any]:
 @contextmanager
 def _reading(path: Path | str) -> Iterator[None]:
     """Turn an error of the libraries that read a result file into an `InputError`."""
-    expected = "the name of a result file (netCDF) that `jointplay run` wrote"
+    expected = "the name of a result file (netCDF) that `jointplay run` wrote is accepted"
     given = os.fspath(path) if isinstance(path, os.PathLike) else path
     if not isinstance(given, str) or not os.path.isfile(given):
         there = isinstance(given, str) and os.path.lexists(given)
         why = "it is no regular file" if there else "there is no such file"
         raise refuse(given, f"{expected}; {why}", "result")
+    if given.endswith(".toml"):
+        raise refuse(given, f"{expected}; this is a study file, to be run first", "result")
     try:
         with held():
             yield
     except MemoryError:
         raise
     except Exception as error:  # in a file of others anything may be of another type than is read here
-        reason = " ".join(f"{type(error).__name__}: {error}".split())
-        raise refuse(str(path), f"{expected}; this file is not one ({reason})", "result") from error
+        reason = " ".join(f"({type(error).__name__}: {error})".split())
+        why = "" if getattr(error, "errno", None) == NO_NETCDF else f" {reason}"
+        raise refuse(str(path), f"{expected}; this file is not one{why}", "result") from error
 
 
 def check_writable(

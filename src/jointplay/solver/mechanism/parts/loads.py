@@ -117,8 +117,9 @@ class Force(_Load):
     @property
     def description(self) -> str:
         """The force's link, place and values in a few words."""
-        place, direction = measure(self.on.at, "m"), measure(self.direction, "rad")
-        where = f"force on {self.link}, {place} from its origin, at {direction} to the {self.fixed}"
+        place = f"{measure(self.on.at, 'm')} from" if self.on.at else "at"
+        towards = f"{measure(self.direction, 'rad')} from {'its line' if self.turning else '+x'}"
+        where = f"force on {self.link}, {place} its origin, towards {towards}"
         return f"{where}, {self.course_description}{self._phase}"
 
 
