@@ -278,6 +278,23 @@ def test_each_number_knows_where_it_comes_from(contact, friction, told):
     assert [*one.sources.values()] == told
 
 
+def test_an_entry_s_own_friction_gives_way_to_that_of_pin_and_bush_and_a_given_one_stays():
+    """Its 0.05 stood as if it had been given, where the parts give 0.12."""
+    parts = {"joints.B.radius": RADIUS, "joints.B.fit": "H7/f7", "joints.B.contact": PARTS}
+
+    def friction(**more):
+        found = jp.catalog.slider_crank(**parts | more).joint("B")
+        return found.friction.coefficient, found.sources["friction"]
+
+    assert friction() == (0.12, "from pin and bush")
+    assert friction(friction=0.05) == (0.05, "given")
+    assert friction(**{"joints.B.friction": {"coefficient": 0.3}}) == (0.3, "given")
+    assert friction(**{"joints.B.friction.coefficient": 0.3}) == (0.3, "given")
+    later = jp.catalog.slider_crank().replace(friction=0.2, **parts).joint("B")
+    assert (later.friction.coefficient, later.sources["friction"]) == (0.2, "given")
+    assert jp.catalog.slider_crank(**parts).joint("A").friction.coefficient == 0.05
+
+
 def test_a_stiffness_by_hand_that_no_such_pin_has_is_doubted():
     def doubted(**contact):
         return list(doubts(linkage(contact=PARTS | contact), None, None))

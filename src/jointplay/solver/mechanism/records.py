@@ -67,7 +67,7 @@ from jointplay.solver.mechanism.parts.joints import Contact, Friction, Joint, Pi
 from jointplay.solver.mechanism.parts.loads import AnyLoad, AnySpring, Force, Spring, Torque, TorsionSpring
 from jointplay.solver.mechanism.paths import as_counted, checked_paths, one_by_one, with_parts
 from jointplay.solver.mechanism.plausible import too_wide
-from jointplay.solver.mechanism.signature import checked
+from jointplay.solver.mechanism.signature import checked, with_friction
 
 
 class Mechanism(Record):
@@ -191,7 +191,7 @@ class Mechanism(Record):
         raise_any(strangers([(what, name)], named, what))
         return named[name]
 
-    @checked()
+    @checked(before=with_friction)
     def replace(self, **changes: Any) -> Mechanism:
         """Give a changed, validated copy.
 

@@ -225,6 +225,15 @@ class Preset(Protocol):
         """Give the mechanism, or system."""
 
 
+def with_friction(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Changes in which a friction that is given stays where a joint's contact is given too, by its parts."""
+    rubs = {"coefficient": given.get("friction")}
+    joints = [
+        key.removesuffix(".contact") for key in given if key.endswith(".contact") and "friction" in given
+    ]
+    return {f"{joint}.friction": rubs for joint in joints} | dict(given)
+
+
 def preset(*references: str, **trial: Any) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Mark an entry of the catalog: its arguments are checked, its trial and its references kept with it.
 
@@ -237,7 +246,7 @@ def preset(*references: str, **trial: Any) -> Callable[[Callable[P, T]], Callabl
     """
 
     def decorated(make: Callable[P, T]) -> Callable[P, T]:
-        made = checked()(make)
+        made = checked(before=with_friction)(make)
         made.references, made.trial = references, trial
         return made
 

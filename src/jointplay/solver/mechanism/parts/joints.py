@@ -180,9 +180,15 @@ class Joint(Record):
         return Friction(coefficient=contact.parts.friction.value) if told else friction
 
     def _stated(self, changed: Mapping[str, Any] = {}) -> dict[str, Any]:
-        """Fields but for those that follow from fit or parts; another clearance takes the place of a fit."""
+        """Fields but for those that follow from fit or parts; another clearance takes the place of a fit.
+
+        Pin and bush in the place of numbers bring their friction too.
+        """
         own, parts = dict(self), self.contact and self.contact.parts
-        if parts and self.friction == Friction(coefficient=parts.friction.value):
+        contact = changed.get("contact")
+        told = dict(contact) if isinstance(contact, Mapping | Contact) else {}
+        brought = not parts and (told.get("parts") or {"pin", "bush"} & told.keys())
+        if brought or (parts and self.friction == Friction(coefficient=parts.friction.value)):
             del own["friction"]
         if parts and not self.ideal:
             given = self.contact.given
