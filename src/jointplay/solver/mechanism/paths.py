@@ -89,7 +89,7 @@ def _told_of(record: Any, path: str, value: Any, problem: Problem) -> Problem:
     if is_number(problem.given) and problem.given != value:
         other = _by_name(record, problem.key.partition(".")[2])
         expected += f" as {other}, which is {problem.given:g}"
-        more += f"; '{path} + {other}' changes both by as much"
+        more += f"; '{path} + {other}' changes both by as much" if other.endswith(".at") else ""
     return Problem(path, value, expected + colon + more)
 
 
