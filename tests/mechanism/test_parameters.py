@@ -262,7 +262,7 @@ def test_a_count_has_no_branch():
 @pytest.mark.parametrize("name", PRESETS)
 def test_a_wrong_name_is_told_of_parameters_that_there_are(name):
     mechanism = preset(name)
-    (said,) = told(Parameter.named, mechanism, "nothing_like_it").values()
+    (said,) = refused(Parameter.named, mechanism, "nothing_like_it").values()
     known = said.split("accepted: ")[-1].split(", ")
     there = {one.key for one in Parameter.of(mechanism) if "." not in one.key}
     assert {*filter(str.isidentifier, known)} <= there != set()
