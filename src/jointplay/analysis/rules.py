@@ -21,6 +21,7 @@ from jointplay.display.errors import NOTHING, InputError, Problem, join, raise_a
 from jointplay.solver.codegen.cache import structure_module
 from jointplay.solver.mechanism.assemble import assemble, check_section, nominal_speed
 from jointplay.solver.mechanism.base import is_number
+from jointplay.solver.mechanism.loops.ideal import cannot_turn
 from jointplay.solver.mechanism.loops.kinematic_chains import Forest
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.parameters import Parameter
@@ -81,6 +82,15 @@ def each_alike(mechanism: Mechanism | TestSystem, over: Mapping[str, Any]) -> It
             except InputError:
                 continue  # said elsewhere
             yield from unlike_turns(cell)
+
+
+def varied(mechanism: Mechanism | TestSystem, changes: Mapping[str, float]) -> Mechanism | TestSystem:
+    """The mechanism with changes, for whole turns; refused where its crank cannot turn as it is driven."""
+    here = mechanism.varied(changes)
+    drive = getattr(here, "drive", None)
+    if getattr(drive, "imposed_speed", None) is not None:
+        raise_any(cannot_turn(here, 0.0, math.tau))
+    return here
 
 
 def samples_fit(

@@ -13,7 +13,7 @@ import numpy as np
 
 from jointplay.analysis.coexisting.lasting import FAILED, NO_START, UNSETTLED, Lasting, Motions
 from jointplay.analysis.coexisting.region import drawn
-from jointplay.analysis.rules import section_of
+from jointplay.analysis.rules import section_of, varied
 from jointplay.analysis.starts import End, end_of, placed, state_names
 from jointplay.analysis.states.ends import Observation, sort_key
 from jointplay.analysis.states.start_plane import Starts
@@ -40,7 +40,7 @@ def found(
     observation: Observation,
 ) -> Entry:
     """Motions that last, of starts drawn in a region; counts of starts by where they end."""
-    place = Starts(mechanism.varied(changes), initial, tuple(region), joint)
+    place = Starts(varied(mechanism, changes), initial, tuple(region), joint)
     value = next(iter(changes.values()), 0.0)
     motions = Motions(place.model, observation)
     labels = motions.sort(place.all(drawn(region, starts, seed, value)), PILOTS)
@@ -75,7 +75,7 @@ def carried(
     observation: Observation,
 ) -> Entry:
     """Carry motions of neighbouring values here: each ends as a known motion, by number, or a `new` one."""
-    here = mechanism.varied(changes)
+    here = varied(mechanism, changes)
     base = assemble(here, initial, section_of(here))
     lasting = [Lasting(each["period"], each["states"], each["points"]) for each in known]
     motions = Motions(base, observation, lasting)
@@ -124,7 +124,7 @@ def described(
     mechanism: Given, changes: Mapping[str, float], initial: Any, motion: Mapping[str, Any], plan: Plan
 ) -> Entry:
     """Section points, contacts and exponents of a motion, as a point of a sweep has them."""
-    here = mechanism.varied(changes)
+    here = varied(mechanism, changes)
     base = assemble(here, initial, section_of(here))
     plan = replace(plan, section=section_at(here, initial))
     end = End(state_names(base), motion["states"][-1], base.crank_angle)

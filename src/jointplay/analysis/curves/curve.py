@@ -56,7 +56,7 @@ from jointplay.analysis.orbits.periodic_orbit import RTOL
 from jointplay.analysis.orbits.section_map import FAILED, SectionMap, changed_event, section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit, Search, at_phase, lost, search
 from jointplay.analysis.quantities import EVENTS
-from jointplay.analysis.rules import turns_alike
+from jointplay.analysis.rules import turns_alike, varied
 from jointplay.analysis.starts import placed
 from jointplay.analysis.vary import Axis, axes
 from jointplay.display import codes
@@ -363,7 +363,7 @@ def curve(
 
     @lru_cache(maxsize=64)  # Newton's method comes back to the neighbours of a value
     def model_at(values: tuple[float, float]) -> SectionMap:
-        there = mechanism.varied(dict(zip(plane, values, strict=True)))
+        there = varied(mechanism, dict(zip(plane, values, strict=True)))
         return section_map(placed(there, None, section), section, period, *limits)
 
     def maps(values: np.ndarray) -> SectionMap:
@@ -379,7 +379,7 @@ def curve(
             progress(min(1.0, next(visited) / (most * max_branches + max_points * max_curves)))
 
     def placed_at(name: str, value: float, state: Any, turns: int) -> SectionMap:
-        there = placed(mechanism.varied({name: value}), state, section)
+        there = placed(varied(mechanism, {name: value}), state, section)
         return section_map(there, section, turns, *limits)
 
     def fractions(name: str, value: float) -> np.ndarray:

@@ -195,10 +195,10 @@ def continuation(
 
     @lru_cache(maxsize=64)  # Newton's method comes back to the neighbours of a value
     def maps(value: float) -> SectionMap:
-        model = placed(mechanism.varied({parameter: float(value)}), None, section)
+        model = placed(rules.varied(mechanism, {parameter: float(value)}), None, section)
         return section_map(model, section, period, *limits)
 
-    at_start = placed(mechanism.varied({parameter: value}), motion["initial"], section)
+    at_start = placed(rules.varied(mechanism, {parameter: value}), motion["initial"], section)
     requested = section_map(at_start, section, period, *limits)
     orbit = search(requested, Search(motion["transient"], tolerance, ITERATIONS))
     family = Family(maps, float(range[0]), float(range[1]), tolerance)

@@ -17,6 +17,7 @@ import numpy as np
 
 from jointplay.analysis.cells import Batch, Work, guarded
 from jointplay.analysis.labels import Out
+from jointplay.analysis.rules import varied
 from jointplay.analysis.starts import End, continued
 from jointplay.analysis.sweeps.attractor import Plan, labelled, settle, settle_together
 from jointplay.analysis.vary import Axis, largest
@@ -167,7 +168,7 @@ class Chain:
 
     def begun(self, n: int, end: Sequence[Any] | None) -> Entry:
         """Mechanism and model of the n-th point, after one that ended so."""
-        here, last = self.mechanism.varied(self.changes[n]), None if end is None else End.read(end)
+        here, last = varied(self.mechanism, self.changes[n]), None if end is None else End.read(end)
         return {"begun": (here, continued(here, last, self.start, self.plan.section))}
 
     def only(self, key: str) -> Chain:

@@ -125,7 +125,7 @@ def _made(mechanism: Any, changes: Mapping[str, float], initial: Any, section: A
     """The mechanism of a sample, and its start."""
     starts = {key.removeprefix(INITIAL): v for key, v in changes.items() if key.startswith(INITIAL)}
     own = {key: value for key, value in changes.items() if not key.startswith(INITIAL)}
-    varied = mechanism.varied(own) if own else mechanism
+    varied = rules.varied(mechanism, own)
     if starts:
         model = placed(varied, initial)
         names, state = state_names(model), model.state.copy()

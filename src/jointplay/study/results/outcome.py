@@ -36,6 +36,9 @@ def explain(dataset: xr.Dataset) -> str | None:
         return None
     status, cells = Status[name.upper()], failed_cells(dataset)
     told = dataset.attrs.get("trouble", f"{status.meaning}; {status.remedy}")  # no run failed: a search did
+    if status == Status.BAD_PARAMETERS and "trouble" in dataset and "cell_status" in dataset:
+        refused = dataset["trouble"].values[dataset["cell_status"].values == status]
+        told = next(filter(None, refused), told)  # what the first of its cells says
     return f"{name}: {told}" + (f" (in {listed(cells, SHOWN)})" if cells else "")
 
 
