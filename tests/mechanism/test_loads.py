@@ -146,6 +146,34 @@ def test_sweeps_look_at_every_value():
     only(found, "mechanism.loads[0].frequency")
 
 
+@pytest.mark.parametrize("key", ["speed", "loads[0].frequency"])
+def test_what_is_built_on_orbits_refuses_what_would_part_turns_from_each_other(key):
+    """At 25 rad/s the load repeats with each turn, beside that it does not."""
+    given = catalog.chunmei2002(loads=[TORQUE], speed=25.0)
+    value = 25.0 if key == "speed" else TORQUE["frequency"]
+    only(problems_of(jp.assess, given, along=[key]), "along")
+    only(problems_of(jp.gradient, given, orbit=True, by=[key]), "by")
+    most = {"most": "largest:normal_force:B", "turns": 2}
+    only(problems_of(jp.optimise, given, by={key: (0.9 * value, 1.1 * value)}, **most), "by")
+    only(problems_of(jp.tolerances, given, spreads={key: {"normal": (value, 0.01)}}), f"spreads.{key}")
+
+
+def test_samples_at_which_turns_stay_alike_are_accepted():
+    given = catalog.chunmei2002(loads=[TORQUE], speed=25.0)
+    spread = {"speed": {"values": [25.0, 12.5]}}
+    how = {"samples": 2, "transient": 0, "turns": 2, "events": [], "of": ["turn_period"], "n_jobs": 1}
+    assert jp.tolerances(given, spreads=spread, **how).sizes["sample"] == 2
+
+
+def test_usual_parameters_of_an_orbit_leave_out_what_would_part_turns_and_say_so():
+    given = catalog.chunmei2002(loads=[TORQUE], speed=25.0)
+    with pytest.warns(jp.ModelWarning, match="speed is left out"):
+        found = jp.gradient(given, orbit=True, transient=2, max_steps=100, of=["time"])
+    assert "links.rocker.mass" in found.parameter
+    assert "speed" not in found.parameter
+    assert "speed is left out" in found.attrs["warning"]
+
+
 def test_exponents_are_not_of_a_passing_motion():
     turned = catalog.chunmei2002(drive=PROFILE)
     only(problems_of(jp.lyapunov, turned, turns=3), "mechanism.drive.kind")

@@ -10,14 +10,15 @@ as a system of equations, what is needed stays needed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
 from jointplay.analysis.quantities import BALANCE, EVENTS, STATUS, WORDS, owners, recorded
-from jointplay.display.errors import NOTHING, InputError, Problem, join, raise_any, strangers, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, join, raise_any, strangers, unknown, warn
 from jointplay.solver.codegen.cache import structure_module
 from jointplay.solver.mechanism.assemble import assemble, check_section, nominal_speed
 from jointplay.solver.mechanism.base import is_number
@@ -37,6 +38,7 @@ from jointplay.solver.mechanism.records import (
 from jointplay.solver.mechanism.structure import linkage
 from jointplay.solver.motion.trajectory import MAX_STEPS, Records, Request, follow
 
+BESIDE = 1.00318  # what holds at an odd value too holds everywhere
 SLACK = 4  # nominal periods that a turn may take before the run gives up
 MOST = 20_000_000  # samples of a run, in memory
 _HERE = "accepted here, where each turn starts anew from the state at the end of the one before"
@@ -82,6 +84,31 @@ def each_alike(mechanism: Mechanism | TestSystem, over: Mapping[str, Any]) -> It
             except InputError:
                 continue  # said elsewhere
             yield from unlike_turns(cell)
+
+
+def alike_beside(
+    mechanism: Mechanism | TestSystem, place: str, keys: Iterable[str], values: Sequence[float] = ()
+) -> Iterator[Problem]:
+    """The same of parameters that a keyword names, at values or a little beside their own."""
+    for key in keys if isinstance(mechanism, Mechanism) and not any(unlike_turns(mechanism)) else ():
+        try:
+            value = Parameter.named(mechanism, key).value
+        except InputError:
+            continue  # said elsewhere
+        there = values or ([value * BESIDE] if is_number(value) else [])
+        for problem in islice(each_alike(mechanism, {key: there}), 1):
+            text = f"what can change while turns stay alike is accepted: {problem.expected}"
+            yield Problem(place, key, text)
+
+
+def usual_alike(mechanism: Mechanism, keys: Sequence[str]) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Usual parameters beside whose values turns stay alike; of others tells a warning, an attribute too."""
+    others = [problem.given for problem in alike_beside(mechanism, "", keys)]
+    if not others:
+        return tuple(keys), {}
+    text = f"{' and '.join(others)} is left out: at other values a load over time differs from turn to turn"
+    warn(text)
+    return tuple(key for key in keys if key not in others), {"warning": text}
 
 
 def varied(mechanism: Mechanism | TestSystem, changes: Mapping[str, float]) -> Mechanism | TestSystem:

@@ -213,6 +213,7 @@ def _assessable(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
 def _along_fits(mechanism: Mechanism | TestSystem, along: Sequence[str] | None) -> Iterator[Problem]:
     if along == () or len({*(along or ())}) < len(along or ()):
         yield Problem("along", along, "one parameter or several, each once, are accepted")
+    yield from rules.alike_beside(mechanism, "along", along or ())
     several = isinstance(mechanism, Mechanism) and len(mechanism.clearance_joints) > 1
     for i, key in enumerate(along or ()):
         place = f"along[{i}]"
@@ -288,7 +289,7 @@ def assess(  # noqa: D417 (nobody gives it the model)
     warm([model, rules.model_for(mechanism, initial, None, WORK), placed(ideal, None)])
     warm_tangents(model)
     ready = time.perf_counter()
-    keys = parameters_of(mechanism) if along is None else along
+    keys, said = rules.usual_alike(mechanism, parameters_of(mechanism)) if along is None else (along, {})
     possible = 3 + 3 * len(keys)
     rounds = Rounds(budget, motion["progress"], motion["n_jobs"], possible)
     first = {"start": initial, "turns": turns, "how": how, "patience": max(budget, BUDGET) / SETTLING}
@@ -310,7 +311,7 @@ def assess(  # noqa: D417 (nobody gives it the model)
         (other,), over, sides = known
         found = assembled(mechanism, keys, now, like, other, over, sides)
         own = {"tolerances": len(spreads)} if spreads else {}
-        return found.assign(OUTPUTS.variables_of(told)[0]).assign_attrs(own)
+        return found.assign(OUTPUTS.variables_of(told)[0]).assign_attrs(own | said)
 
     shown(made, 0)
     rounds.shares = SHARES[_kind(now)]

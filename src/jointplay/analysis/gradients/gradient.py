@@ -95,6 +95,7 @@ def _by_fits(mechanism: Mechanism | TestSystem, by: tuple[str, ...] | None, orbi
         yield Problem("by", starts[0], "a parameter is accepted: a periodic orbit has no start")
     else:
         yield from selection.parameters_fit(mechanism, by, states)
+        yield from rules.alike_beside(mechanism, "by", by or () if orbit else ())
 
 
 def _orbit_fits(mechanism: Mechanism | TestSystem, orbit: bool, section: Plane | None) -> Iterator[Problem]:
@@ -217,7 +218,9 @@ def gradient(
     """
     began = time.perf_counter()
     quantities = [selection.quantity(name) for name in of or selection.usual_quantities(mechanism)]
-    keys = by or selection.usual_parameters(mechanism)
+    keys, told = by or selection.usual_parameters(mechanism), {}
+    if orbit and not by:
+        keys, told = rules.usual_alike(mechanism, keys)
     orbits = np.array([each.how in selection.MULTIPLIERS for each in quantities])
     inside = [each for each, of_orbit in zip(quantities, orbits, strict=True) if not of_orbit]
     powers = any(each.how == "work" for each in quantities)
@@ -264,7 +267,7 @@ def gradient(
         table["stable"] = stability(multipliers(found.image.derivative))
         table |= {"orbit_state": run.model.state, "orbit_state_derivative": run.directions.starts.T}
         table["state"] = np.array(state_names(run.model))
-    return OUTPUTS.dataset(table, **(found.trouble if found else {}))
+    return OUTPUTS.dataset(table, **told, **(found.trouble if found else {}))
 
 
 def _start(mechanism: Mechanism | TestSystem, initial: Any) -> Any:

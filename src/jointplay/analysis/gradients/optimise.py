@@ -54,7 +54,7 @@ from jointplay.analysis.keywords import Moving, Quantity, Settling, Small, analy
 from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.orbits.orbit_dataset import started
 from jointplay.analysis.quantities import STATUS, WORDS
-from jointplay.analysis.rules import turns_alike
+from jointplay.analysis.rules import alike_beside, turns_alike
 from jointplay.analysis.simulate import simulate
 from jointplay.analysis.vary import axes, repeated
 from jointplay.display import codes
@@ -258,7 +258,7 @@ def aim_fits(
         yield Problem("margin", margin, 'accepted only beside keep = "contact"')
 
 
-def ideal_fits(mechanism: Mechanism | TestSystem, ideal: bool, orbit: bool) -> Iterator[Problem]:
+def ideal_fits(mechanism: Mechanism | TestSystem, by: Region, ideal: bool, orbit: bool) -> Iterator[Problem]:
     """Yield the problems of beginning without play, and of periodic orbits."""
     if ideal and (isinstance(mechanism, TestSystem) or not mechanism.clearance_joints):
         yield Problem("ideal", ideal, "accepted only of a mechanism whose joints have clearance")
@@ -268,6 +268,7 @@ def ideal_fits(mechanism: Mechanism | TestSystem, ideal: bool, orbit: bool) -> I
         yield Problem("orbit", orbit, "false is accepted for a system that nothing forces")
     elif orbit:
         yield from turns_alike(mechanism)
+        yield from alike_beside(mechanism, "by", by)
 
 
 def contacts(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:

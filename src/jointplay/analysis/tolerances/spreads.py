@@ -31,6 +31,7 @@ import numpy as np
 from pydantic import BeforeValidator, model_validator
 
 from jointplay.analysis.gradients import selection
+from jointplay.analysis.rules import alike_beside
 from jointplay.analysis.vary import axes, repeated
 from jointplay.display.errors import (
     NOTHING,
@@ -418,6 +419,7 @@ def spreads_fit(mechanism: Mechanism | TestSystem, spreads: Spreads | None) -> I
             yield from _state_fits(mechanism, key, place)
             continue
         found = problems_of(axes, mechanism, {key: sorted({*ends.tolist()})}, "spreads")
+        yield from alike_beside(mechanism, place, [key], ends.tolist())
         if law.whole and not any(p.key == place for p in found):
             told, units = spread.model_dump(exclude_none=True), parameter_words(mechanism, key)[1]
             cut = "above and below cut a spread off"

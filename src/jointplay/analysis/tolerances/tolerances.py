@@ -367,6 +367,7 @@ def _edge_fits(
     _causes_fit,
     _edge_fits,
     section_fits,
+    rules.turns_alike,
     "model",
     lanes_fit,
     varied=lambda mechanism: mechanism,
