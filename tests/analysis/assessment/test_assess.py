@@ -229,6 +229,18 @@ def test_a_rigid_bearing_is_hit_and_its_largest_forces_are_narrow():
 
 
 @pytest.mark.nightly
+def test_ideal_joints_that_a_torque_speeds_up_for_ever_have_no_forces_to_compare_with():
+    """Without losses each turn adds the torque's work: 2 pi 0.05 J."""
+    drive = {"kind": "torque", "link": "crank", "constant": 0.05, "nominal_speed": 40.0}
+    how = {"along": ["clearance"], "budget": 1e-3, "n_jobs": 1, "transient": 2, "lyapunov_turns": 20}
+    with pytest.warns(jp.ModelWarning, match="comes to no steady speed"):
+        found = jp.assess(jp.catalog.chunmei2002(drive=drive), **how)
+    assert np.isfinite(found.peak_force).all()
+    assert np.isnan(found.ideal_peak_force).all()
+    assert np.isnan(found.force_ratio).all()
+    assert "comes to no steady speed" in found.attrs["warning"]
+
+
 def test_what_stiff_contacts_store_and_give_back_is_no_loss():
     """Impacts without friction: each stores many times what it loses."""
     changes = {"joints.B.contact.stiffness": 1e10, "joints.B.contact.damping": 316.0}

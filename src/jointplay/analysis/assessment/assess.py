@@ -55,7 +55,7 @@ from jointplay.analysis.starts import placed
 from jointplay.analysis.states.ends import padded
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.tolerances.spreads import Spreads, spreads_fit
-from jointplay.display.errors import NOTHING, InputError, Problem
+from jointplay.display.errors import NOTHING, InputError, Problem, warn
 from jointplay.solver.mechanism.base import Natural, Number, Positive, is_number, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.parameters import Parameter
@@ -75,8 +75,10 @@ SHARES = {  # of the work, about, that is done before and after each round: of a
     "settles slowly": (0.0, 0.03, 0.04, 0.9, 1.0),
 }
 HOUR = 3600.0
+NO_IDEAL = "with ideal joints the crank comes to no steady speed: there are no ideal forces to compare with"
 OVER = ("parameter", "side", "change")
 BALANCE = "equal to ``joint_work`` and ``drive_work`` where nothing else takes energy"
+STEADY = "NaN where its crank comes to no steady speed"
 LENGTH = "where a bearing's length is given"
 SHARES_OF = "lowest and highest of each 512th of the turn with the largest"
 CHANGED = (*OVER[:2], "place")
@@ -108,7 +110,7 @@ OUTPUTS = Outputs(
     {
         "peak_force": Out("joint", "largest joint force", "N"),
         "peak_force_error": Out("joint", "error of the largest joint force", "N"),
-        "ideal_peak_force": Out("joint", "largest joint force of the ideal mechanism", "N"),
+        "ideal_peak_force": Out("joint", "largest joint force of the ideal mechanism", "N", STEADY),
         "ideal_peak_force_error": Out("joint", "error of the ideal one", "N"),
         "force_ratio": Out("joint", "largest joint force over the ideal mechanism's"),
         "joint_force": Out(("turn_share", "joint"), "joint force", "N", SHARES_OF),
@@ -294,6 +296,9 @@ def assess(  # noqa: D417 (nobody gives it the model)
     rounds = Rounds(budget, motion["progress"], motion["n_jobs"], possible)
     first = {"start": initial, "turns": turns, "how": how, "patience": max(budget, BUDGET) / SETTLING}
     now, like = rounds.answers(assessed, [first | {"mechanism": each} for each in (mechanism, ideal)])
+    if np.isnan(like.get("peak", 0.0)).all():
+        said["warning"] = "; ".join([*said.values(), NO_IDEAL])
+        warn(NO_IDEAL)
     shared = {"mechanism": mechanism, "how": how, "motion": now.get("motion")}
     search = Search(reach, step, accuracy, lasting)
     shared["turns"] = turns

@@ -65,7 +65,8 @@ def forces(
         ``names`` of the joints, those with clearance first; over these ``force`` (the lowest and the highest
         of each part of the turn with the peak), ``peak`` and ``peak_error`` (N); over joints with clearance
         `PER_TURN` and their errors (J per turn), ``impact_speed`` (m/s), ``drive_work`` and ``joint_work``
-        (J per turn); and numbers of the motion.
+        (J per turn); and numbers of the motion. Without clearance, and with no motion that repeats, ``names``
+        and NaN as ``peak``.
 
     Raises
     ------
@@ -78,6 +79,11 @@ def forces(
         watched = WORK if motion.mechanism.clearance_joints else ()
         model = rules.model_for(motion.mechanism, {"crank_angle": end.crank_angle}, None, watched)
         model = moved(model, end.state)
+    if not (
+        model.joints or motion.period or motion.traits["chaos"]
+    ):  # as where a torque speeds it up for ever
+        names = [*model.joints, *model.pins]
+        return {"names": names, "peak": np.full(len(names), np.nan)}
     times = np.linspace(0.0, turns * float(motion.value("turn_period")), round(turns * per_turn) + 1)
     rtol = min(how.rtol, ORBIT) if motion.orbit is not None else how.rtol
     limits = {"rtol": rtol, "max_steps": rules.steps(how.max_steps), "log_from": 0.0}
