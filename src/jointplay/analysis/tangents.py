@@ -20,6 +20,7 @@ SAFE, FOLLOWED = 20.0, 8 / 14
 # of it, where slopes of forces jump or begin as a root or logarithm: orders are no better there
 ROUGH = 1.5e-3
 APART = 1e-7  # of its terms: a change of a gap beyond rounding
+TINY = 1e-200  # length of a tangent of which nothing is left
 TIGHT = 1e-13  # tolerance of the tangents' iteration where their map itself is wanted
 
 
@@ -132,6 +133,26 @@ class Bundle:
             for own, given in zip(self.motion, other.motion, strict=True):
                 own[...] = given
             self.work.past[:] = other.work.past
+
+    @property
+    def remembering(self) -> bool:
+        """Whether laws of contact remember."""
+        return self.model.memories > self.model.guesses
+
+    def forget(self) -> None:
+        """Take out of the frame what laws of contact remember; begin it anew where nothing else is left."""
+        d = self.tangents.d.reshape(len(self.tangents.alive), -1)[:, 1:]
+        memories = slice(d.shape[1] - self.model.memories, d.shape[1] - self.model.guesses)
+        if not d[:, memories].any():
+            return
+        d[:, memories] = 0.0
+        R = np.linalg.qr((d * self.tangents.weight).T, mode="r")
+        sizes = np.diag(R)
+        d[:] = (
+            np.linalg.solve((np.sign(sizes)[:, None] * R).T, d)
+            if np.all(np.abs(sizes) > TINY)
+            else self.frame
+        )
 
     def record(self, block: float) -> None:
         """From here on, record a row after each `block` of time."""

@@ -43,6 +43,21 @@ def test_leading_exponents_are_those_of_the_spectrum():
     assert math.isnan(float(some.sum_residual))
 
 
+def test_what_a_contact_that_lasts_remembers_is_no_exponent():
+    """The orbit's multipliers are 1, by which the law remembers, and those of the motion."""
+    given = catalog.chunmei2002(drive=ConstantSpeed(link="crank", speed=8.0))
+    contact = jp.Contact(law="flores", stiffness=7.15e6, parameters={"restitution": 0.5})
+    joints = [
+        each.model_copy(update={"contact": contact}) if each.clearance else each for each in given.joints
+    ]
+    mechanism = given.model_copy(update={"joints": tuple(joints)})
+    orbit = jp.periodic_orbit(mechanism, transient=20)
+    remembered, own = np.hypot(*orbit.floquet_multiplier.transpose("part", "multiplier").values)[:2]
+    assert remembered == pytest.approx(1.0, abs=1e-6)
+    found = jp.lyapunov(mechanism, turns=30, transient=20)
+    assert float(found.section_exponent_per_turn[0]) == pytest.approx(math.log(own), abs=1e-2)
+
+
 def test_sticking_loses_a_dimension():
     mechanism = catalog.chunmei2002(2.9e-4, gear_ratio=3.0, friction=0.3)
     found = jp.lyapunov(mechanism, exponents="all", turns=20)

@@ -237,7 +237,9 @@ def follow(
         if progress is not None:
             progress(bundle.time / end)
 
-    status = go_on(begin)
+    for until in (begin / 2, begin) if bundle.remembering else (begin,):
+        status = go_on(until) if status == OK else status
+        bundle.forget()  # what entries left in tangents, before these find their directions
     kept = bundle.row()
     bundle.record((end - begin) / batch_means.BLOCKS)
     while status == OK:
