@@ -122,17 +122,19 @@ class Bundle:
         options = options._replace(t_end=min(options.t_end, float(until)))
         return advance(structure, self.work, self.motion, options, derivatives, self.tangents, tell)
 
-    def join(self, other: Bundle) -> None:
-        """Go on along the motion of another run of the same model, with the own frame.
+    def join(self, other: Bundle) -> bool:
+        """Go on along the motion of another run of the same model, with the own frame; whether it does.
 
         Not where only one of both has gone through an event that is due: its tangents have jumped there.
         """
         from jointplay.solver.method.memory import EVENTS
 
-        if self.motion.count[EVENTS] == other.motion.count[EVENTS]:
+        alike = bool(self.motion.count[EVENTS] == other.motion.count[EVENTS])
+        if alike:
             for own, given in zip(self.motion, other.motion, strict=True):
                 own[...] = given
             self.work.past[:] = other.work.past
+        return alike
 
     @property
     def remembering(self) -> bool:

@@ -57,6 +57,22 @@ def test_two_first_frames_are_compared_on_one_motion():
     assert found.settling_residual.values.max() < 1e-6
 
 
+@pytest.mark.parametrize("transient", [40, 80, 150])
+def test_frames_are_compared_on_one_side_of_an_event_at_the_end_of_the_transient(transient):
+    """Hénon's map as a clock strikes: the event is due, by rounding before it or behind it."""
+    jump = {"x": "1 - a*x**2 + y", "y": "b*x", "c": "0"}
+    system = jp.System(
+        name="striking",
+        states={"x": 0.1, "y": 0.1, "c": 0.0},
+        parameters={"a": 1.4, "b": 0.3},
+        rates={"x": "0", "y": "0", "c": "1"},
+        scales={"t": 1.0},
+        jumps=[{"name": "strike", "guard": "1 - c", "jump": jump}],
+    )
+    found = jp.covariant(system, turns=3, transient=transient, settling=60, exponents=1)
+    assert found.settling_residual.values.max() < 1e-4
+
+
 @pytest.mark.nightly
 def test_tangent_maps_carry_the_vectors_through_impacts(pair):
     """Over whole periods, each with impacts, by maps of another tolerance that know nothing of frames."""
