@@ -137,3 +137,11 @@ def test_too_many_segments_are_why_nothing_is_known():
     least = jp.spectrum(system, turns=10, samples_per_turn=64, segments=79)
     assert int(least.n_least) == 641
     assert "highest density" in str(jp.summary(least))
+
+
+def test_orders_of_a_speed_that_swings_are_of_its_mean():
+    """A run that ends within a period has turned by more than its mean speed gives."""
+    drive = {"kind": "cycle", "link": "crank", "constant": 5.0, "frequency": 10.0}
+    drive |= {"harmonics": [{"order": 1, "cosine": 30.0}]}
+    found = jp.spectrum(catalog.chunmei2002(clearance=0.0, drive=drive), quantity="angle:rocker", duration=5.2)
+    assert float(found.turn_period) == pytest.approx(math.tau / 5)

@@ -165,9 +165,11 @@ def spectrum(
 
 
 def _turn(motion: xr.Dataset, mechanism: Mechanism | TestSystem) -> float:
-    """Mean time of a turn of the crank over the run; the nominal period where it does not turn."""
+    """Mean time of a turn of the crank; the nominal period where that is exact, or nothing turns."""
     nominal = float(motion.turn_period_nominal)
     if not isinstance(mechanism, Mechanism) or motion.sizes["time"] < 2:
+        return nominal
+    if mechanism.drive and mechanism.drive.kind == "cycle":  # the run may end within one
         return nominal
     angle = motion["angle"].sel(link=mechanism.crank).values
     turned = abs(angle[-1] - angle[0]) / math.tau
