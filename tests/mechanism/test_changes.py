@@ -180,3 +180,11 @@ def test_sections_that_a_mechanism_cannot_have(section, clearance, key, words):
     mechanism = catalog.chunmei2002(clearance=clearance)
     problem = only(problems_of(check_section, section, mechanism), key)
     assert words in problem.expected
+
+
+def test_several_that_change_alike_are_replaced_by_the_key_that_varies_them():
+    key = "links.coupler.length + joints.B.journal.at"
+    given = catalog.chunmei2002()
+    assert given.replace(**{key: 0.19}) == given.varied({key: 0.19})
+    with pytest.raises(InputError, match="a number in SI units is accepted for several together"):
+        given.replace(**{key: "190 mm"})

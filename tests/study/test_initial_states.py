@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+import jointplay as jp
+from jointplay.display.errors import InputError
 from jointplay.study.file import Loaded, validate
 from jointplay.study.run import run
 from tests.support.wrong import problems_of
@@ -57,3 +59,8 @@ def test_a_study_of_neighbours_needs_nothing_but_a_mechanism():
 )
 def test_what_is_wrong_is_said_by_its_key(kind, options, key):
     assert key in problems_of(study, kind, **options)
+
+
+def test_a_table_in_place_of_a_system_s_states_is_told_their_names():
+    with pytest.raises(InputError, match="a list of the states y, v is accepted"):
+        jp.simulate(jp.catalog.duffing(), duration=1, initial={"y": 1.0, "v": 0.0})

@@ -8,7 +8,7 @@ from typing import Any
 
 from jointplay.analysis.quantities import WORDS
 from jointplay.display.accepted import Refused
-from jointplay.display.errors import InputError
+from jointplay.display.errors import InputError, refuse
 from jointplay.solver.mechanism.measures import ANY, in_si
 from jointplay.solver.mechanism.parameters import declared_units
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
@@ -67,11 +67,13 @@ def _units(mechanism: Any, name: Any) -> str:
 
 def _start(mechanism: Any, initial: Any) -> Any:
     """The state of a system, as a list in its order; a linkage's table has its units in its fields."""
+    names = [name for group in mechanism.order for name in group] if isinstance(mechanism, TestSystem) else []
+    if names and isinstance(initial, Mapping):
+        raise refuse(dict(initial), f"a list of the states {', '.join(names)} is accepted")
     if isinstance(mechanism, Mechanism) or type(initial) not in (list, tuple):
         return initial
-    if not isinstance(mechanism, TestSystem):
+    if not names:
         return in_si(initial, ANY)
-    names = [name for group in mechanism.order for name in group]
     return in_si(initial, tuple(mechanism.units.get(name, "1") for name in names))
 
 

@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.coexisting import attractors
-from jointplay.analysis.coexisting.attractors import EVENTS, identities
+from jointplay.analysis.coexisting.attractors import EVENTS, _motion, identities
 from jointplay.analysis.coexisting.lasting import (
     AMONG,
     ENOUGH,
@@ -292,3 +293,12 @@ def test_the_linkages_four_motions_at_a_quarter_of_a_millimetre():
     )
     assert sorted(found["period"].values[0].tolist()) == [1, 1, 2, 6]
     assert (found["section_exponent_per_turn"].values < 0).all()
+
+
+def test_a_motion_that_no_start_reaches_is_said_to_be_carried(recwarn):
+    none = xr.DataArray([[np.nan], [np.nan]], dims=("gap", "identity"))
+    axes = {"gap": ("gap", [1.0, 2.0], {"units": "1"}), "identity": [1]}
+    result = xr.Dataset({"fraction": none, "period": (none.dims, [[1], [1]])}, axes)
+    told = _motion(result, "gap", 0, np.array([True, True]))
+    assert told == "motion 1: period 1, from gap 1 to gap 2, found from neighbouring values alone"
+    assert not recwarn.list

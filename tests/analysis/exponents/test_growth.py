@@ -5,11 +5,13 @@ import math
 import numpy as np
 import pytest
 
+import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.exponents.growth import ALIGN, BATCHES, Turn, growth, standard_error
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
 from jointplay.display.errors import InputError
+from jointplay.display.number_text import signed
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.records import CrankAngle
 from tests.analysis.exact_maps import TAU, Walls
@@ -196,3 +198,9 @@ def test_standard_error_of_correlated_values():
 def test_standard_error_of_too_few_values():
     assert math.isnan(standard_error(np.zeros(2 * BATCHES - 1)))
     assert standard_error(np.ones(2 * BATCHES)) == 0.0
+
+
+def test_the_answer_is_the_mean_growth():
+    found = jp.growth(catalog.duffing(), turns=60)
+    mean = signed(float(found.growth), float(found.growth_standard_error))
+    assert str(jp.summary(found)) == f"ln of the growth of a small difference: {mean} per turn"

@@ -307,8 +307,11 @@ def _motion(result: xr.Dataset, name: str, n: int, there: np.ndarray) -> str:
     periods = np.unique(one["period"].values[places])
     text = ", ".join(str(p) if p else "none" for p in periods[:LISTED])
     ends = f"from {_at(result, name, places[0])} to {_at(result, name, places[-1])}"
-    best = 100 * float(np.nanmax(one["fraction"].values[places]))
-    return f"motion {int(one['identity'])}: period {text}, {ends}, up to {plain(best, 3)} % of the starts"
+    shares = one["fraction"].values[places]
+    best = "found from neighbouring values alone"
+    if np.isfinite(shares).any():
+        best = f"up to {plain(100 * float(np.nanmax(shares)), 3)} % of the starts"
+    return f"motion {int(one['identity'])}: period {text}, {ends}, {best}"
 
 
 HERE = (PLANE, "identity")

@@ -258,7 +258,7 @@ def aim_fits(
         yield Problem("margin", margin, 'accepted only beside keep = "contact"')
 
 
-def ideal_fits(mechanism: Mechanism | TestSystem, by: Region, ideal: bool, orbit: bool) -> Iterator[Problem]:
+def ideal_fits(mechanism: Mechanism | TestSystem, by: Bounds, ideal: bool, orbit: bool) -> Iterator[Problem]:
     """Yield the problems of beginning without play, and of periodic orbits."""
     if ideal and (isinstance(mechanism, TestSystem) or not mechanism.clearance_joints):
         yield Problem("ideal", ideal, "accepted only of a mechanism whose joints have clearance")

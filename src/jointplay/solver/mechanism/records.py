@@ -42,6 +42,7 @@ from jointplay.solver.mechanism.base import (
     accepts,
     hash_of,
     in_millimetres,
+    is_number,
     measured,
     named,
 )
@@ -65,7 +66,7 @@ from jointplay.solver.mechanism.parts.drive import (
 )
 from jointplay.solver.mechanism.parts.joints import Contact, Friction, Joint, Pin
 from jointplay.solver.mechanism.parts.loads import AnyLoad, AnySpring, Force, Spring, Torque, TorsionSpring
-from jointplay.solver.mechanism.paths import as_counted, checked_paths, one_by_one, with_parts
+from jointplay.solver.mechanism.paths import as_counted, checked_paths, one_by_one, parts_of, with_parts
 from jointplay.solver.mechanism.plausible import too_wide
 from jointplay.solver.mechanism.signature import checked, with_friction
 
@@ -200,13 +201,17 @@ class Mechanism(Record):
         **changes
             `clearance`, `gear_ratio`, `friction`, `tension`, `efficiency_in_slope`, `elastic`, `elements`,
             `damping_ratio`, `order`, `branch`, `gravity`, `gravity_direction`, `springs`, `loads`, `drive`,
-            `speed`: see `Changes`; then, by key path, parts: ``**{"joints.C.clearance": 1e-4}``.
+            `speed`: see `Changes`; then, by key path, parts: ``**{"joints.C.clearance": 1e-4}``; and several
+            that change by as much, as ``links.coupler.length + joints.B.journal.at``.
 
         Raises
         ------
         InputError
             Listing every change that does not exist, cannot have its value, or finds nothing to change.
         """
+        several = [(k, v) for k, v in changes.items() if len(parts_of(k)) > 1 and not is_number(v)]
+        raise_any(Problem(k, v, "a number in SI units is accepted for several together") for k, v in several)
+        changes = one_by_one(changes, partial(value_of, self))
         by_path = checked_paths(self, changes)
         named = {name: value for name, value in changes.items() if name not in by_path}
         return with_parts(changed(self, named), by_path)

@@ -13,7 +13,7 @@ import xarray as xr
 from jointplay.display import codes
 from jointplay.display.errors import of_a_result, refuse
 from jointplay.display.number_text import measure, measured, plain
-from jointplay.kinds import KINDS
+from jointplay.kinds import KINDS, load
 from jointplay.solver.mechanism.base import accepts
 from jointplay.solver.mechanism.signature import checked
 from jointplay.study.results.outcome import explain
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from xarray import DataArray, Dataset
 
     from jointplay.analysis.declared import Outputs
+
+NO_KINDS = {"growth": ".analysis.exponents.growth:OUTPUTS"}  # analyses that no study asks for
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,7 @@ def summary(dataset: Annotated[xr.Dataset, accepts("a result")]) -> Summary:
 
 def _summary(dataset: xr.Dataset) -> Summary:
     kind = str(dataset.attrs.get("kind"))
-    if kind not in KINDS:
+    if kind not in (*KINDS, *NO_KINDS):
         raise refuse(kind, f"a result of one of the kinds {', '.join(KINDS)} is accepted", "kind")
     name = str(dataset.attrs.get("study", ""))
     failure = explain(dataset) if "cell_status" not in dataset else None
@@ -92,7 +94,8 @@ def _summary(dataset: xr.Dataset) -> Summary:
 
 def answer(dataset: xr.Dataset) -> list[str]:
     """Lines of the answer of a result of a known kind, whether it came to its end or not."""
-    outputs = KINDS[str(dataset.attrs["kind"])].outputs
+    kind = str(dataset.attrs["kind"])
+    outputs = load(NO_KINDS[kind]) if kind in NO_KINDS else KINDS[kind].outputs
     if "swept" in dataset.attrs:
         return over_cells(dataset, outputs).splitlines()
     if outputs.answer:
