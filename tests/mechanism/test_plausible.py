@@ -454,3 +454,27 @@ def test_a_number_that_its_law_refuses_is_told_once(wrong):
     with pytest.raises(InputError) as caught:
         Joint(name="O", journal=Pin(link="crank"), bearing=Pin(link="rod"), friction=friction)
     assert [problem.given for problem in caught.value.problems] == [*wrong.values()]
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "meant"),
+    [
+        ({"elastic": True, "beam": {"modulus": 210.0}}, "beam.modulus", "210 GPa"),
+        ({"elastic": True, "beam": {"modulus": 70_000.0}}, "beam.modulus", "70000 MPa"),
+        ({"elastic": True, "beam": {"density": 7.8}}, "beam.density", "7.8 g/cm³"),
+        ({"masses": [{"at": 3.0, "mass": 0.1}]}, "masses[0].at", "3 cm"),
+        ({"masses": [{"at": 0.02, "mass": 50.0}]}, "masses[0].mass", "50 g"),
+    ],
+)
+def test_materials_and_point_masses_in_another_unit_are_doubted(changes, key, meant):
+    crank = Link(**{"name": "crank", "length": 0.04, "mass": 0.25, "inertia": 1.4e-4} | changes)
+    assert (
+        f"did you mean {meant}?"
+        in found(USUAL.model_copy(update={"links": (crank, *USUAL.links[1:])}))[f"mechanism.links[0].{key}"]
+    )
+
+
+def test_a_section_at_an_eccentricity_that_no_journal_reaches_is_doubted():
+    far = Plane(quantity="eccentricity", joint="B", value=20.0, direction="up")
+    assert "did you mean 20 µm?" in found(section=far)["section.value"]
+    assert found(section=far.model_copy(update={"value": 2e-5})) == {}

@@ -143,5 +143,7 @@ def test_orders_of_a_speed_that_swings_are_of_its_mean():
     """A run that ends within a period has turned by more than its mean speed gives."""
     drive = {"kind": "cycle", "link": "crank", "constant": 5.0, "frequency": 10.0}
     drive |= {"harmonics": [{"order": 1, "cosine": 30.0}]}
-    found = jp.spectrum(catalog.chunmei2002(clearance=0.0, drive=drive), quantity="angle:rocker", duration=5.2)
+    found = jp.spectrum(
+        catalog.chunmei2002(clearance=0.0, drive=drive), quantity="angle:rocker", duration=5.2
+    )
     assert float(found.turn_period) == pytest.approx(math.tau / 5)

@@ -34,6 +34,12 @@ ASIDE, APART = 2.5, 100.0  # lengths from a link's middle to its mass centre: se
 ROUNDABOUT = 5.0  # lengths: a radius of gyration is seldom more, and never APART
 UNLIKE, OFF = 0.3, 0.1  # of what a shape gives; of the length: a weighed link is seldom as far from its shape
 SOFT = 10.0  # times softer than the softest that pin and bush give, or stiffer than the stiffest: seldom
+BALLAST = 100.0  # times a link's own mass: a point mass is seldom more
+OUTSIDE = 10.0  # clearances: no journal is as far from its bearing's centre
+MATERIALS = {  # least, most and likely units of what elastic links are made of
+    "modulus": (1e7, 2e12, {"GPa": 1e9, "MPa": 1e6}),
+    "density": (50.0, 25e3, {"g/cm³": 1e3}),
+}
 EARTH, HEAVY = 9.81, 100.0  # m/s²
 GRIP = 2.0  # coefficient of friction: rubber on dry concrete has some 1
 YIELDING = 0.1  # of a journal's radius: a bearing into which weight presses it deeper is seldom meant
@@ -98,7 +104,16 @@ def doubts(
         yield from _endless(mechanism)
         return
     found = [problem for certain, problem in _links(mechanism) if not certain]
-    own = (_lengths, _turned, _pulled_or_rubbed, _unlike_its_shape, _unlike_its_parts, _played, _fast)
+    own = (
+        _lengths,
+        _turned,
+        _pulled_or_rubbed,
+        _made_of,
+        _unlike_its_shape,
+        _unlike_its_parts,
+        _played,
+        _fast,
+    )
     for doubted in own:
         found += doubted(mechanism)
     yield from (replace(problem, key=join("mechanism", problem.key)) for problem in found)
@@ -106,6 +121,11 @@ def doubts(
         yield from _start(mechanism, initial, apart or {})
     if getattr(section, "kind", "") == "plane" and section.quantity == "angle":
         yield from _over_a_turn([("section.value", section.value)])
+    widest = max((joint.clearance for joint in mechanism.clearance_joints), default=math.inf)
+    if getattr(section, "quantity", "") == "eccentricity" and section.value > OUTSIDE * widest:
+        text = f"that is {section.value / widest:.3g} clearances, which no journal reaches"
+        meant = _meant(section.value, {"µm": 1e-6, "mm": 1e-3}, 0.0, OUTSIDE * widest)
+        yield Problem("section.value", section.value, text + meant)
 
 
 @cache
@@ -148,7 +168,9 @@ def _links(mechanism: Any) -> Iterator[tuple[bool, Problem]]:
     for i, link in enumerate(mechanism.links):
         size = longest if link.name in sliding else link.length  # what slides has a length in name only
         yield from _mass(f"links[{i}]", link, size, math.inf if link.name in sliding else longest)
-        yield from _centre(f"links[{i}].centre", link, size)
+        yield from _aside(f"links[{i}].centre", link, link.centre, size)
+        for j, point in enumerate(link.masses):
+            yield from _aside(f"links[{i}].masses[{j}].at", link, point.at, size)
         yield from _inertia(f"links[{i}]", link, size)
 
 
@@ -169,12 +191,12 @@ def _mass(key: str, link: Any, size: float, longest: float) -> Iterator[tuple[bo
         yield link.mass > STARRY * heavy, Problem(f"{key}.mass", link.mass, text + meant)
 
 
-def _centre(key: str, link: Any, size: float) -> Iterator[tuple[bool, Problem]]:
-    off = abs(link.centre - link.length / 2)
+def _aside(key: str, link: Any, at: float, size: float) -> Iterator[tuple[bool, Problem]]:
+    off = abs(at - link.length / 2)
     if off > ASIDE * size:
         text = f"that is {off / size:.3g} lengths from the middle of {link.name}"
-        meant = _meant(link.centre, _LENGTHS, -0.5 * size, 1.5 * size)
-        yield off > APART * size, Problem(key, link.centre, text + meant)
+        meant = _meant(at, _LENGTHS, -0.5 * size, 1.5 * size)
+        yield off > APART * size, Problem(key, at, text + meant)
 
 
 def _inertia(key: str, link: Any, size: float) -> Iterator[tuple[bool, Problem]]:
@@ -187,6 +209,21 @@ def _inertia(key: str, link: Any, size: float) -> Iterator[tuple[bool, Problem]]
         most = link.mass * size**2
         meant = _meant(given, _MOMENTS, 1e-3 * most, 2 * most)
         yield gyration > APART * size, Problem(f"{key}.{about}", given, text + meant)
+
+
+def _made_of(mechanism: Any) -> Iterator[Problem]:
+    """Materials of elastic links, and point masses beside these, that hardly any linkage has."""
+    for i, link in enumerate(mechanism.links):
+        for name, (least, most, units) in MATERIALS.items() if link.elastic else ():
+            if not least <= (value := getattr(link.beam, name)) <= most:
+                text = f"hardly any material has that: {least:g} to {most:g} are usual"
+                meant = _meant(value, units, least, most)
+                yield Problem(f"links[{i}].beam.{name}", value, text + meant)
+        for j, point in enumerate(link.masses):
+            if point.mass > BALLAST * link.mass:
+                text = f"that is {point.mass / link.mass:.3g} times the mass of {link.name} itself"
+                meant = _meant(point.mass, _MASSES, 0.0, link.mass)
+                yield Problem(f"links[{i}].masses[{j}].mass", point.mass, text + meant)
 
 
 def _unlike_its_shape(mechanism: Any) -> Iterator[Problem]:
