@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -38,7 +37,6 @@ from jointplay.solver.mechanism.records import (
 from jointplay.solver.mechanism.structure import linkage
 from jointplay.solver.motion.trajectory import MAX_STEPS, Records, Request, follow
 
-BESIDE = 1.00318  # what holds at an odd value too holds everywhere
 SLACK = 4  # nominal periods that a turn may take before the run gives up
 MOST = 20_000_000  # samples of a run, in memory
 _HERE = "accepted here, where each turn starts anew from the state at the end of the one before"
@@ -86,36 +84,28 @@ def each_alike(mechanism: Mechanism | TestSystem, over: Mapping[str, Any]) -> It
             yield from unlike_turns(cell)
 
 
-def alike_beside(
-    mechanism: Mechanism | TestSystem, place: str, keys: Iterable[str], values: Sequence[float] = ()
-) -> Iterator[Problem]:
+def alike_beside(mechanism: Any, place: str, keys: Iterable[str], values: Any = ()) -> Iterator[Problem]:
     """The same of parameters that a keyword names, at values or a little beside their own."""
     for key in keys if isinstance(mechanism, Mechanism) and not any(unlike_turns(mechanism)) else ():
-        try:
-            value = Parameter.named(mechanism, key).value
-        except InputError:
-            continue  # said elsewhere
-        there = values or ([value * BESIDE] if is_number(value) else [])
-        for problem in islice(each_alike(mechanism, {key: there}), 1):
-            text = f"what can change while turns stay alike is accepted: {problem.expected}"
-            yield Problem(place, key, text)
+        value = Parameter(mechanism, key).value
+        there = values or ([1.00318 * value] if is_number(value) else [])  # an odd place stands for all
+        for problem in [*each_alike(mechanism, {key: there})][:1]:
+            yield Problem(place, key, f"what leaves turns alike as it varies is accepted: {problem.expected}")
 
 
 def usual_alike(mechanism: Mechanism, keys: Sequence[str]) -> tuple[tuple[str, ...], dict[str, str]]:
     """Usual parameters beside whose values turns stay alike; of others tells a warning, an attribute too."""
     others = [problem.given for problem in alike_beside(mechanism, "", keys)]
-    if not others:
-        return tuple(keys), {}
     text = f"{' and '.join(others)} is left out: at other values a load over time differs from turn to turn"
-    warn(text)
-    return tuple(key for key in keys if key not in others), {"warning": text}
+    if others:
+        warn(text)
+    return tuple(key for key in keys if key not in others), {"warning": text} if others else {}
 
 
 def varied(mechanism: Mechanism | TestSystem, changes: Mapping[str, float]) -> Mechanism | TestSystem:
     """The mechanism with changes, for whole turns; refused where its crank cannot turn as it is driven."""
     here = mechanism.varied(changes)
-    drive = getattr(here, "drive", None)
-    if getattr(drive, "imposed_speed", None) is not None:
+    if getattr(getattr(here, "drive", None), "imposed_speed", None) is not None:
         raise_any(cannot_turn(here, 0.0, math.tau))
     return here
 

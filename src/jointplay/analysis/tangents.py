@@ -20,6 +20,7 @@ SAFE, FOLLOWED = 20.0, 8 / 14
 # of it, where slopes of forces jump or begin as a root or logarithm: orders are no better there
 ROUGH = 1.5e-3
 APART = 1e-7  # of its terms: a change of a gap beyond rounding
+DUE = 1e-4  # of the period: an event that rounding puts before or behind a time is passed
 TINY = 1e-200  # length of a tangent of which nothing is left
 TIGHT = 1e-13  # tolerance of the tangents' iteration where their map itself is wanted
 
@@ -122,39 +123,31 @@ class Bundle:
         options = options._replace(t_end=min(options.t_end, float(until)))
         return advance(structure, self.work, self.motion, options, derivatives, self.tangents, tell)
 
-    def join(self, other: Bundle) -> bool:
-        """Go on along the motion of another run of the same model, with the own frame; whether it does.
+    def join(self, other: Bundle) -> None:
+        """Go on along the motion of another run of the same model, with the own frame.
 
-        Not where only one of both has gone through an event that is due: its tangents have jumped there.
+        Where only one of both has gone through an event that is due, both go a little past it first.
         """
         from jointplay.solver.method.memory import EVENTS
 
-        alike = bool(self.motion.count[EVENTS] == other.motion.count[EVENTS])
-        if alike:
+        self.advance(other.time)
+        if self.motion.count[EVENTS] != other.motion.count[EVENTS]:
+            past = other.time + DUE * self.model.period
+            other.advance(past)
+            self.advance(past)
+        if self.motion.count[EVENTS] == other.motion.count[EVENTS]:
             for own, given in zip(self.motion, other.motion, strict=True):
                 own[...] = given
             self.work.past[:] = other.work.past
-        return alike
-
-    @property
-    def remembering(self) -> bool:
-        """Whether laws of contact remember."""
-        return self.model.memories > self.model.guesses
 
     def forget(self) -> None:
         """Take out of the frame what laws of contact remember; begin it anew where nothing else is left."""
         d = self.tangents.d.reshape(len(self.tangents.alive), -1)[:, 1:]
         memories = slice(d.shape[1] - self.model.memories, d.shape[1] - self.model.guesses)
-        if not d[:, memories].any():
-            return
-        d[:, memories] = 0.0
-        R = np.linalg.qr((d * self.tangents.weight).T, mode="r")
-        sizes = np.diag(R)
-        d[:] = (
-            np.linalg.solve((np.sign(sizes)[:, None] * R).T, d)
-            if np.all(np.abs(sizes) > TINY)
-            else self.frame
-        )
+        if d[:, memories].any():
+            d[:, memories] = 0.0
+            R = np.linalg.qr((d * self.tangents.weight).T, mode="r")
+            d[:] = np.linalg.solve(R.T, d) if np.abs(np.diag(R)).min() > TINY else self.frame
 
     def record(self, block: float) -> None:
         """From here on, record a row after each `block` of time."""

@@ -11,7 +11,7 @@ from jointplay.analysis.exponents.growth import ALIGN, BATCHES, Turn, growth, st
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
 from jointplay.display.errors import InputError
-from jointplay.display.number_text import signed
+from jointplay.display.number_text import plain
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.records import CrankAngle
 from tests.analysis.exact_maps import TAU, Walls
@@ -202,5 +202,5 @@ def test_standard_error_of_too_few_values():
 
 def test_the_answer_is_the_mean_growth():
     found = jp.growth(catalog.duffing(), turns=60)
-    mean = signed(float(found.growth), float(found.growth_standard_error))
-    assert str(jp.summary(found)) == f"ln of the growth of a small difference: {mean} per turn"
+    told = f"mean ln of the growth of a small difference in a turn: {plain(float(found.growth))}"
+    assert str(jp.summary(found)) == told

@@ -78,7 +78,6 @@ HOUR = 3600.0
 NO_IDEAL = "with ideal joints the crank comes to no steady speed: there are no ideal forces to compare with"
 OVER = ("parameter", "side", "change")
 BALANCE = "equal to ``joint_work`` and ``drive_work`` where nothing else takes energy"
-STEADY = "NaN where its crank comes to no steady speed"
 LENGTH = "where a bearing's length is given"
 SHARES_OF = "lowest and highest of each 512th of the turn with the largest"
 CHANGED = (*OVER[:2], "place")
@@ -110,7 +109,7 @@ OUTPUTS = Outputs(
     {
         "peak_force": Out("joint", "largest joint force", "N"),
         "peak_force_error": Out("joint", "error of the largest joint force", "N"),
-        "ideal_peak_force": Out("joint", "largest joint force of the ideal mechanism", "N", STEADY),
+        "ideal_peak_force": Out("joint", "largest joint force of the ideal mechanism", "N"),
         "ideal_peak_force_error": Out("joint", "error of the ideal one", "N"),
         "force_ratio": Out("joint", "largest joint force over the ideal mechanism's"),
         "joint_force": Out(("turn_share", "joint"), "joint force", "N", SHARES_OF),

@@ -79,11 +79,8 @@ def forces(
         watched = WORK if motion.mechanism.clearance_joints else ()
         model = rules.model_for(motion.mechanism, {"crank_angle": end.crank_angle}, None, watched)
         model = moved(model, end.state)
-    if not (
-        model.joints or motion.period or motion.traits["chaos"]
-    ):  # as where a torque speeds it up for ever
-        names = [*model.joints, *model.pins]
-        return {"names": names, "peak": np.full(len(names), np.nan)}
+    if not (model.joints or motion.period or motion.traits["chaos"]):  # a torque speeds it up for ever
+        return {"names": [*model.pins], "peak": np.full(len(model.pins), np.nan)}
     times = np.linspace(0.0, turns * float(motion.value("turn_period")), round(turns * per_turn) + 1)
     rtol = min(how.rtol, ORBIT) if motion.orbit is not None else how.rtol
     limits = {"rtol": rtol, "max_steps": rules.steps(how.max_steps), "log_from": 0.0}

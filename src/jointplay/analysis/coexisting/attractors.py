@@ -308,9 +308,8 @@ def _motion(result: xr.Dataset, name: str, n: int, there: np.ndarray) -> str:
     text = ", ".join(str(p) if p else "none" for p in periods[:LISTED])
     ends = f"from {_at(result, name, places[0])} to {_at(result, name, places[-1])}"
     shares = one["fraction"].values[places]
-    best = "found from neighbouring values alone"
-    if np.isfinite(shares).any():
-        best = f"up to {plain(100 * float(np.nanmax(shares)), 3)} % of the starts"
+    best = f"up to {plain(100 * float(np.nanmax(shares, initial=-1.0)), 3)} % of the starts"
+    best = best if np.isfinite(shares).any() else "found from neighbouring values alone"
     return f"motion {int(one['identity'])}: period {text}, {ends}, {best}"
 
 

@@ -80,7 +80,6 @@ from jointplay.solver.motion.trajectory import Request, counts
 LONGEST = 1 / 50  # of a turn: a block
 SPREAD = 6.0  # ln of the ratio of the largest to the smallest growth in a block that is aimed at
 SHORTEST = 1e-3  # of the longest block
-DUE = 1e-4  # of the period: an event that rounding puts before or behind a time is passed
 NEAR = 1e-6  # rad of the crank's angle: so near to a section point is there
 TINY = 1e-100  # of the last direction's growth, that is as good as 0; its square is still a number
 AIM = 0.98  # of the way to a section point, gone before the last block to it
@@ -450,21 +449,11 @@ def _together(bundle: Bundle, other: Bundle, until: float, tell: Callable[[], No
     bundle.record(bundle.model.period)
     while (status := bundle.advance(until, tell)) == bundle.full:
         bundle.taken()
-        _join(bundle, other)
+        other.join(bundle)
     bundle.record(math.inf)
     if status == 0:
-        _join(bundle, other)
-    return status
-
-
-def _join(bundle: Bundle, other: Bundle) -> None:
-    """Take the other frame to the same place of the same motion, a little past an event that is due there."""
-    other.advance(bundle.time)
-    if not other.join(bundle):
-        past = bundle.time + DUE * bundle.model.period
-        for each in (bundle, other):
-            each.advance(past)
         other.join(bundle)
+    return status
 
 
 def _settled(

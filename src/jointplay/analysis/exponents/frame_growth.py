@@ -237,7 +237,7 @@ def follow(
         if progress is not None:
             progress(bundle.time / end)
 
-    for until in (begin / 2, begin) if bundle.remembering else (begin,):
+    for until in (begin / 2, begin) if bundle.model.memories else (begin,):
         status = go_on(until) if status == OK else status
         bundle.forget()  # what entries left in tangents, before these find their directions
     kept = bundle.row()

@@ -27,7 +27,6 @@ from jointplay.analysis.labels import Out, xr
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place, free_states, state_names
 from jointplay.display.errors import Problem
-from jointplay.display.number_text import signed
 from jointplay.solver.mechanism.base import Natural
 from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
 from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
@@ -118,14 +117,6 @@ CHECK = GROWTH | {
     "growth_difference": Out((), "growth less the section map's exponent, in combined standard errors"),
     "growth_status": Out((), "how the second estimate ended", flags=STATUS),
 }
-
-
-def answer(result: xr.Dataset) -> str:
-    """The mean growth with its standard error."""
-    value, error = float(result["growth"]), float(result["growth_standard_error"])
-    return f"ln of the growth of a small difference: {signed(value, error)} per turn"
-
-
 OUTPUTS = Outputs(
     "growth",
     {"turn": Out("turn", "turn")},
@@ -135,7 +126,7 @@ OUTPUTS = Outputs(
         "growth_of_turn": Out("turn", "logarithm of the growth in this turn"),
         "status": RUN["status"],
     },
-    answer,
+    shown={"growth": "mean ln of the growth of a small difference in a turn"},
 )
 
 

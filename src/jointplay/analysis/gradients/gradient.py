@@ -218,9 +218,8 @@ def gradient(
     """
     began = time.perf_counter()
     quantities = [selection.quantity(name) for name in of or selection.usual_quantities(mechanism)]
-    keys, told = by or selection.usual_parameters(mechanism), {}
-    if orbit and not by:
-        keys, told = rules.usual_alike(mechanism, keys)
+    usual = selection.usual_parameters(mechanism)
+    keys, told = rules.usual_alike(mechanism, usual) if orbit and not by else (by or usual, {})
     orbits = np.array([each.how in selection.MULTIPLIERS for each in quantities])
     inside = [each for each, of_orbit in zip(quantities, orbits, strict=True) if not of_orbit]
     powers = any(each.how == "work" for each in quantities)

@@ -169,11 +169,10 @@ def _turn(motion: xr.Dataset, mechanism: Mechanism | TestSystem) -> float:
     nominal = float(motion.turn_period_nominal)
     if not isinstance(mechanism, Mechanism) or motion.sizes["time"] < 2:
         return nominal
-    if mechanism.drive and mechanism.drive.kind == "cycle":  # the run may end within one
-        return nominal
     angle = motion["angle"].sel(link=mechanism.crank).values
     turned = abs(angle[-1] - angle[0]) / math.tau
-    return float(motion.time[-1] - motion.time[0]) / turned if turned > 0.5 else nominal
+    exact = getattr(mechanism.drive, "kind", "") == "cycle"  # and the run may end within one
+    return float(motion.time[-1] - motion.time[0]) / turned if turned > 0.5 and not exact else nominal
 
 
 def density(values: np.ndarray, rate: float, segments: int, window: str) -> dict[str, Any]:

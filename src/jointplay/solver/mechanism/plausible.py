@@ -36,10 +36,8 @@ UNLIKE, OFF = 0.3, 0.1  # of what a shape gives; of the length: a weighed link i
 SOFT = 10.0  # times softer than the softest that pin and bush give, or stiffer than the stiffest: seldom
 BALLAST = 100.0  # times a link's own mass: a point mass is seldom more
 OUTSIDE = 10.0  # clearances: no journal is as far from its bearing's centre
-MATERIALS = {  # least, most and likely units of what elastic links are made of
-    "modulus": (1e7, 2e12, {"GPa": 1e9, "MPa": 1e6}),
-    "density": (50.0, 25e3, {"g/cm³": 1e3}),
-}
+# least, most and likely units of what elastic links are made of
+MATERIALS = {"modulus": (1e7, 2e12, {"GPa": 1e9, "MPa": 1e6}), "density": (50.0, 25e3, {"g/cm³": 1e3})}
 EARTH, HEAVY = 9.81, 100.0  # m/s²
 GRIP = 2.0  # coefficient of friction: rubber on dry concrete has some 1
 YIELDING = 0.1  # of a journal's radius: a bearing into which weight presses it deeper is seldom meant
@@ -104,16 +102,7 @@ def doubts(
         yield from _endless(mechanism)
         return
     found = [problem for certain, problem in _links(mechanism) if not certain]
-    own = (
-        _lengths,
-        _turned,
-        _pulled_or_rubbed,
-        _made_of,
-        _unlike_its_shape,
-        _unlike_its_parts,
-        _played,
-        _fast,
-    )
+    own = (_lengths, _turned, _pulled_or_rubbed, _unlike_its_shape, _unlike_its_parts, _played, _fast)
     for doubted in own:
         found += doubted(mechanism)
     yield from (replace(problem, key=join("mechanism", problem.key)) for problem in found)
@@ -121,11 +110,10 @@ def doubts(
         yield from _start(mechanism, initial, apart or {})
     if getattr(section, "kind", "") == "plane" and section.quantity == "angle":
         yield from _over_a_turn([("section.value", section.value)])
-    widest = max((joint.clearance for joint in mechanism.clearance_joints), default=math.inf)
-    if getattr(section, "quantity", "") == "eccentricity" and section.value > OUTSIDE * widest:
-        text = f"that is {section.value / widest:.3g} clearances, which no journal reaches"
-        meant = _meant(section.value, {"µm": 1e-6, "mm": 1e-3}, 0.0, OUTSIDE * widest)
-        yield Problem("section.value", section.value, text + meant)
+    most = OUTSIDE * max((joint.clearance for joint in mechanism.clearance_joints), default=math.inf)
+    if getattr(section, "quantity", "") == "eccentricity" and section.value > most:
+        meant = _meant(section.value, {"µm": 1e-6, "mm": 1e-3}, 0.0, most)
+        yield Problem("section.value", section.value, f"no journal is {OUTSIDE:g} clearances out{meant}")
 
 
 @cache
@@ -171,6 +159,7 @@ def _links(mechanism: Any) -> Iterator[tuple[bool, Problem]]:
         yield from _aside(f"links[{i}].centre", link, link.centre, size)
         for j, point in enumerate(link.masses):
             yield from _aside(f"links[{i}].masses[{j}].at", link, point.at, size)
+        yield from ((False, problem) for problem in _made_of(f"links[{i}]", link))
         yield from _inertia(f"links[{i}]", link, size)
 
 
@@ -211,19 +200,15 @@ def _inertia(key: str, link: Any, size: float) -> Iterator[tuple[bool, Problem]]
         yield gyration > APART * size, Problem(f"{key}.{about}", given, text + meant)
 
 
-def _made_of(mechanism: Any) -> Iterator[Problem]:
-    """Materials of elastic links, and point masses beside these, that hardly any linkage has."""
-    for i, link in enumerate(mechanism.links):
-        for name, (least, most, units) in MATERIALS.items() if link.elastic else ():
-            if not least <= (value := getattr(link.beam, name)) <= most:
-                text = f"hardly any material has that: {least:g} to {most:g} are usual"
-                meant = _meant(value, units, least, most)
-                yield Problem(f"links[{i}].beam.{name}", value, text + meant)
-        for j, point in enumerate(link.masses):
-            if point.mass > BALLAST * link.mass:
-                text = f"that is {point.mass / link.mass:.3g} times the mass of {link.name} itself"
-                meant = _meant(point.mass, _MASSES, 0.0, link.mass)
-                yield Problem(f"links[{i}].masses[{j}].mass", point.mass, text + meant)
+def _made_of(key: str, link: Any) -> Iterator[Problem]:
+    """Materials of an elastic link, and point masses beside its own, that hardly any has."""
+    given = [(f"beam.{name}", getattr(link.beam, name), *row) for name, row in MATERIALS.items()]
+    own = (0.0, BALLAST * link.mass, _MASSES)
+    masses = [(f"masses[{j}].mass", point.mass, *own) for j, point in enumerate(link.masses)]
+    for name, value, least, most, units in given * link.elastic + masses:
+        if not least <= value <= most:
+            text = f"hardly any link has that: {least:g} to {most:g} is usual here"
+            yield Problem(f"{key}.{name}", value, text + _meant(value, units, least, most))
 
 
 def _unlike_its_shape(mechanism: Any) -> Iterator[Problem]:
