@@ -6,7 +6,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from jointplay.cli.verb import DONE, RESULT, changes, option, say, verb
-from jointplay.display.errors import InputError, Problem, of_a_result, raise_any, unknown
+from jointplay.display.errors import InputError, Problem, of_a_result, raise_any, refuse, unknown
 from jointplay.display.terminal import Progress
 
 FILM = ("joint", "turns", "time", "seconds", "rate", "frames")  # options of a film
@@ -83,9 +83,7 @@ def animate_result(arguments: Namespace) -> int:
     )
     target = Path(arguments.out) if arguments.out else Path(arguments.result).with_suffix(".mp4")
     if not target.suffix:
-        raise InputError(
-            [Problem("--out", str(target), "a name that ends in .mp4, .gif, .pdf or .png is accepted")]
-        )
+        raise refuse(str(target), "a name that ends in .mp4, .gif, .pdf or .png is accepted", "--out")
     with Progress(target.name) as progress:
         path = animate(open_result(arguments.result), target, **options, progress=progress)
     say(f"written {path}, {path.stat().st_size / 1e6:.2g} MB")

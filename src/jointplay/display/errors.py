@@ -64,9 +64,6 @@ _SHORT = _Short()
 _SHORT.maxstring = _SHORT.maxother = 120
 
 
-NO_KEY = "there is no such key"
-
-
 PARTLY = 3  # names suggested that have the unknown one as a part
 
 
@@ -251,9 +248,7 @@ class _NoSuch(UserString):
     def data(self) -> str:
         names = ", ".join(self.known) if self.known else "none"
         near = did_you_mean(self.word, self.known)
-        said = (
-            f"{NO_KEY.replace('key', self.what)};{near} {'These' if near else 'these'} are accepted: {names}"
-        )
+        said = f"there is no such {self.what};{near} {'These' if near else 'these'} are accepted: {names}"
         return "; ".join([said, *(f"not loaded: {point}: {why}" for point, why in self.broken.items())])
 
 

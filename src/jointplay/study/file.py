@@ -15,7 +15,7 @@ from jointplay.analysis.labels import xr
 from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.rules import NONE
 from jointplay.display.accepted import descriptions
-from jointplay.display.errors import NO_KEY, NOTHING, InputError, Problem, raise_any, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, refuse, unknown
 from jointplay.kinds import KINDS, Kind
 from jointplay.solver.mechanism.measures import PATTERN
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
@@ -94,9 +94,7 @@ def mechanism_of(path: Path | str) -> Mechanism:
     """Give the linkage of a study file, of a file that holds a `[mechanism]` table alone, or of a result."""
     mechanism = moving_of(path)
     if not isinstance(mechanism, Mechanism):
-        raise InputError(
-            [Problem("mechanism", mechanism.name, "a linkage is accepted, no system of equations")]
-        )
+        raise refuse(mechanism.name, "a linkage is accepted, no system of equations", "mechanism")
     return mechanism
 
 
@@ -129,7 +127,11 @@ def _at_home(problem: Problem, keys: Mapping[str, str]) -> Problem:
     """The same problem; of an unknown key that another table of a study has, which table that is."""
     table, _, key = problem.key.rpartition(".")
     home = keys.get(key, table)
-    if home == table or table not in ("", *keys.values()) or not str(problem.expected).startswith(NO_KEY):
+    if (
+        home == table
+        or table not in ("", *keys.values())
+        or not str(problem.expected).startswith("there is no such key")
+    ):
         return problem
     own = f"as a table of its own, [{key}]" if home else "before all tables"
     where = f"in the table [{home}]" if home not in ("", key) else own

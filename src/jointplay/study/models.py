@@ -309,8 +309,9 @@ class Study(OfKind):
                 one, other = (assemble(most.varied({key: end})) for end in ends)
                 same = np.array_equal([*one.numbers, *one.state], [*other.numbers, *other.state])
                 if same and one.structure == other.structure and ends[0] < ends[1]:
-                    why = "the mechanism as it is does not depend on it (a joint without play has no contact)"
-                    yield Problem(f"over.{key}", list(ends), f"nothing varies: {why}")
+                    yield Problem(
+                        f"over.{key}", list(ends), "nothing varies: the mechanism as it is has no use for it"
+                    )
 
     def summary(self) -> str:
         """A few lines on the study's settings."""
@@ -332,8 +333,8 @@ class Study(OfKind):
         least, most = (measure(each, found.units) for each in (min(values), max(values)))
         if key == "clearance" and isinstance(self.mechanism, Mechanism):
             own = found.paths[0].split(".")[1]
-            ideal = [joint.name for joint in self.mechanism.clearance_joints if joint.name != own]
-            key += f" of joint {own}" + f" (none at {', '.join(ideal)})" * bool(ideal)
+            ideal = ", ".join(each.name for each in self.mechanism.clearance_joints if each.name != own)
+            key += f" of joint {own}" + f" (none at {ideal})" * bool(ideal)
         return f"{key}, {counted(len(values), 'value')} from {least} to {most}"
 
     def _length(self) -> str:

@@ -205,9 +205,8 @@ def bounds_fit(mechanism: Mechanism | TestSystem, by: Bounds, ideal: bool) -> It
     """Yield the problems of variables and their bounds."""
     if not by:
         yield Problem("by", by, f"{_WORDS} is accepted")
-    unknown = (
-        replace(p, key=f"by.{key}") for key in by for p in selection.parameters_fit(mechanism, (key,), ())
-    )
+    each = ((key, p) for key in by for p in selection.parameters_fit(mechanism, (key,), ()))
+    unknown = (replace(problem, key=f"by.{key}") for key, problem in each)
     yield from (wrong := [*unknown, *repeated(by, "by")])
     for key, (low, high) in by.items() if not wrong else ():
         value = Parameter(mechanism, key).value
@@ -239,9 +238,7 @@ def aim_fits(
     if least and most:
         yield Problem("most", most, "one of least and most is accepted")
     if not (least or most or keep or subject):
-        yield Problem(
-            "least", NOTHING, 'a quantity, keep = "contact", or constraints in subject, are accepted'
-        )
+        yield Problem("least", NOTHING, 'a quantity, keep = "contact" or constraints in subject are accepted')
     named = tuple(name for name in (least, most, *(subject or ())) if name)
     yield from (
         replace(each, key="subject" if each.given in (subject or ()) else "least" if least else "most")

@@ -33,16 +33,7 @@ from pydantic import BeforeValidator, model_validator
 from jointplay.analysis.gradients import selection
 from jointplay.analysis.rules import alike_beside
 from jointplay.analysis.vary import axes, repeated
-from jointplay.display.errors import (
-    NOTHING,
-    InputError,
-    Problem,
-    join,
-    problems_of,
-    raise_any,
-    strangers,
-    unknown,
-)
+from jointplay.display.errors import InputError, Problem, join, problems_of, raise_any, strangers, unknown
 from jointplay.display.number_text import measure
 from jointplay.solver.mechanism.base import Name, Number, Positive, Record, Written, accepts, unit
 from jointplay.solver.mechanism.measures import ANY, in_si
@@ -116,9 +107,8 @@ class Spread(Record):
     @model_validator(mode="before")
     @classmethod
     def _normal_by_another_name(cls, given: Any) -> Any:
-        meant = (
-            [key for key in given if key.lower().startswith("gauss")] if isinstance(given, Mapping) else ()
-        )
+        names = given if isinstance(given, Mapping) else ()
+        meant = (key for key in names if str(key).lower().startswith("gauss"))
         raise_any(unknown(key, given[key], "normal", FORMS, "distribution") for key in meant)
         return given
 
@@ -149,7 +139,7 @@ class Spread(Record):
         if self.weights is not None and len(self.weights) != len(self.values or ()):
             yield Problem("weights", self.weights, "as many weights as values are accepted")
         if form == "fit" and self.diameter is None:
-            yield Problem("diameter", NOTHING, "the nominal diameter of pin and hole is needed beside a fit")
+            yield Problem("diameter", None, "the nominal diameter of pin and hole is needed beside a fit")
         elif form == "fit":
             yield from _fit_fits(self.fit, self.diameter)
         if self.cpk is not None and not self.cpk <= (self.cp or 1.0):
@@ -422,11 +412,9 @@ def spreads_fit(mechanism: Mechanism | TestSystem, spreads: Spreads | None) -> I
         yield from alike_beside(mechanism, place, [key], ends.tolist())
         if law.whole and not any(p.key == place for p in found):
             told, units = spread.model_dump(exclude_none=True), parameter_words(mechanism, key)[1]
-            cut = "above and below cut a spread off"
-            far = (f"one in a million is beyond {measure(p.given, units)}: {cut}" for p in found)
-            found = [
-                Problem(place, told, f"{p.expected}; {text}") for p, text in zip(found, far, strict=True)
-            ]
+            far = "{}; one in a million is beyond {}: above and below cut a spread off"
+            own = ((p, far.format(p.expected, measure(p.given, units))) for p in found)
+            found = [replace(p, given=told, expected=text) for p, text in own]
         yield from (replace(p, key=place) for p in found)
 
 

@@ -227,11 +227,9 @@ class Preset(Protocol):
 
 def with_friction(given: Mapping[str, Any]) -> dict[str, Any]:
     """Changes in which a friction that is given stays where a joint's contact is given too, by its parts."""
-    rubs = {"coefficient": given.get("friction")}
-    joints = [
-        key.removesuffix(".contact") for key in given if key.endswith(".contact") and "friction" in given
-    ]
-    return {f"{joint}.friction": rubs for joint in joints} | dict(given)
+    joints = [key.removesuffix("contact") for key in given if key.endswith(".contact")]
+    rubs = {"coefficient": given["friction"]} if "friction" in given else None
+    return {f"{joint}friction": rubs for joint in joints if rubs} | dict(given)
 
 
 def preset(*references: str, **trial: Any) -> Callable[[Callable[P, T]], Callable[P, T]]:
