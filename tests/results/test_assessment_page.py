@@ -303,7 +303,7 @@ def test_a_chaotic_motion_is_told_by_its_exponent():
     assert "chaos begins" not in text
     assert "not known to be chaotic" in page(assessment(period=0, traits=np.array([1, 1, 0]), **more))
     unknown = dict.fromkeys(more, np.nan)
-    assert "a few turns are told" in page(assessment(period=0, traits=np.array([1, 1, 0]), **unknown))
+    assert "numbers are of a few turns" in page(assessment(period=0, traits=np.array([1, 1, 0]), **unknown))
 
 
 def test_a_page_of_a_motion_that_failed_says_so():

@@ -414,7 +414,7 @@ def _motion(dataset: Dataset) -> str:
     if not period > 0:
         value, error = (float(dataset[f"section_{n}_per_turn"]) for n in ("exponent", "standard_error"))
         if math.isnan(value):
-            return f"{turning}; the motion has not settled in its share of the budget: a few turns are told"
+            return f"{turning}; the motion had no time to settle: numbers are of a few turns"
         chaotic = _present(dataset)["chaos"] == "yes"
         what = "chaotic" if chaotic else "without a period, and not known to be chaotic"
         size = f"largest exponent of the section map {signed(value, error)} per turn"
