@@ -45,3 +45,4 @@ def test_samples_whose_crank_cannot_turn_fail_and_say_why():
     stuck = value > 0.181 + 0.1175 - 0.03
     assert 0 < stuck.sum() < 8
     assert np.all((found.sample_status.values == STATUS.index("bad_parameters")) == stuck)
+    assert "does not close at angles of crank from" in explain(found)

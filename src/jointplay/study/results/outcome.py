@@ -36,8 +36,8 @@ def explain(dataset: xr.Dataset) -> str | None:
         return None
     status, cells = Status[name.upper()], failed_cells(dataset)
     told = dataset.attrs.get("trouble", f"{status.meaning}; {status.remedy}")  # no run failed: a search did
-    if status == Status.BAD_PARAMETERS and "cell_status" in dataset:  # what the first of its cells says
-        told = next(filter(None, dataset["trouble"].values[dataset["cell_status"].values == status]), told)
+    for each in {"cell_status", "sample_status"} & {*dataset} if status == Status.BAD_PARAMETERS else ():
+        told = next(filter(None, dataset["trouble"].values[dataset[each].values == status]), told)
     return f"{name}: {told}" + (f" (in {listed(cells, SHOWN)})" if cells else "")
 
 
