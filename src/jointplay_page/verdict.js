@@ -85,7 +85,7 @@ const verdict = (() => {
     const { grade, lost, strained, ratio, hit, fastest } = graded(seen, limits);
     const times = often(seen.separations[hit] / seen.counted);
     if (!grade) return lost ? `${hit ? `${capital(called(hit))} loses contact` : "Contact is lost"} ${times}${fastest > 0 ? ` and hits at ${speedText(fastest)}; forces of ideal joints are not known, and there is no grade without them` : ""}.` : "";
-    const force = ratio < limits.alike ? `forces are those of ideal joints, within ${number(100 * (limits.alike - 1))} %`
+    const force = ratio < limits.alike && ratio > 1 / limits.alike ? `forces are those of ideal joints, within ${number(100 * (limits.alike - 1))} %`
       : `${called(strained)} carries up to ${number(seen.force[strained])} N, ${number(ratio)} times as much as with ideal joints`;
     const contact = lost ? `${called(hit)} loses contact ${times} and hits at ${speedText(fastest)}` : "contact is never lost";
     return `${capital(grade)}: ${contact}; ${force}.`;

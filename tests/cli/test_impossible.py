@@ -107,7 +107,17 @@ def test_combinations_without_number_are_refused(tmp_path, capsys):
 def test_cases_of_ever_other_parameters_name_a_few(tmp_path, capsys):
     cases = ", ".join(f"{{ gap_{i} = 1.0 }}" for i in range(3000))
     (tmp_path / "a.toml").write_text(f"{TEXT}[vary]\ncases = [{cases}]\n")
-    assert "gap_7, ..., as in the other cases" in refused(["check", tmp_path / "a.toml"], capsys)
+    said = refused(["check", tmp_path / "a.toml"], capsys)
+    assert "vary.gap_7: got 'gap_7'; there is no such parameter" in said
+    assert said.endswith("and 2900 more\n")
+    names = [f"p{i}" for i in range(12)]
+    system = {"rates": f'{{ x = "-x*({"+".join(names)})" }}', "states": "{ x = 1.0 }"}
+    system["parameters"] = f"{{ {', '.join(f'{name} = 1.0' for name in names)} }}"
+    lines = "".join(f"{key} = {value}\n" for key, value in system.items())
+    cases = ", ".join(f"{{ {name} = 2.0 }}" for name in names)
+    text = f'kind = "response"\n[mechanism]\n{lines}[analysis]\nduration = 1\n[vary]\ncases = [{cases}]\n'
+    (tmp_path / "a.toml").write_text(text)
+    assert "p7, ..., as in the other cases" in refused(["check", tmp_path / "a.toml"], capsys)
 
 
 @pytest.mark.timeout(120)

@@ -9,7 +9,7 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.assessment.assess import OUTPUTS, assembled, first_change
 from jointplay.analysis.assessment.curves import ratios
-from jointplay.analysis.assessment.page import BY, answer, commands, over_ideal, page
+from jointplay.analysis.assessment.page import BY, GRADES, answer, commands, grade, over_ideal, page
 from jointplay.analysis.labels import ended
 from jointplay.display.number_text import measure
 from jointplay.study.file import load
@@ -151,6 +151,23 @@ def test_where_forces_are_those_of_ideal_joints_nothing_helps():
     found = assessment(**QUIET)
     found["force_ratio"] = found["force_ratio"] * 0 + 1.001
     assert "  Forces are those of ideal joints: there is nothing to lower\n" in page(found)
+    found["force_ratio"] = found["force_ratio"] * 0 + 0.5
+    assert "0.5 times as much as with ideal joints" in answer(found)
+    assert "nothing to lower" not in page(found)
+
+
+def test_without_ideal_forces_there_are_no_ratios_and_the_speed_decides_the_grade():
+    found = assessment()
+    for name in ("force_ratio", "ideal_peak_force", "curve_ideal_peak_force"):
+        found[name] = found[name] * np.nan
+    assert "joint B loses contact" in answer(found)
+    assert "ideal joints" not in answer(found).splitlines()[0]
+    assert "Single changes: with ideal joints there are no forces to compare with" in page(found)
+    assert [GRADES[grade(True, np.nan, speed)] for speed in (0.005, 0.05, 0.2)] == [
+        "touches",
+        "rattles",
+        "hammers",
+    ]
 
 
 def edge_at(ratio, before, after):

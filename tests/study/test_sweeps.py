@@ -72,7 +72,7 @@ def test_what_is_left_out_is_as_in_the_function():
     assert record(LINKAGE, 'analysis.direction="down"').keywords()["direction"] == ("down",)
     named = record(LINKAGE, "analysis.starts=[{crank_angle = 1.0}, {crank_angle = 2.0, crank_speed = 3.0}]")
     assert named.keywords()["starts"] == ({"crank_angle": 1.0}, {"crank_angle": 2.0, "crank_speed": 3.0})
-    assert "clearance, 2 values from 10 µm to 20 µm" in named.summary()
+    assert "clearance of joint B, 2 values from 10 µm to 20 µm" in named.summary()
 
 
 @pytest.mark.parametrize(

@@ -10,13 +10,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import cache, cached_property, partial
 from inspect import signature
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_type_hints
 
-import numpy as np
 from pydantic import (
     AfterValidator,
     BeforeValidator,
@@ -31,14 +29,13 @@ from jointplay import figures
 from jointplay.analysis.keywords import doubts
 from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.quantities import EVENTS
-from jointplay.analysis.rules import NONE
+from jointplay.analysis.rules import NONE, varied
 from jointplay.analysis.vary import largest
 from jointplay.display.errors import NOTHING, InputError, Problem, join, raise_any, refuse, unknown
 from jointplay.display.number_text import counted, measure, typed
 from jointplay.display.terminal import one_line
 from jointplay.kinds import KINDS, Kind, load
 from jointplay.solver.mechanism import catalog
-from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Record, named
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.paths import as_paths
@@ -292,26 +289,23 @@ class Study(OfKind):
         return list(dict.fromkeys(str(replace(problem, key=_place(problem.key))) for problem in found))
 
     def _failing_cells(self) -> Iterator[Problem]:
-        """Least and largest values of `[vary]` with which the analysis would be refused by itself."""
-        for key, values in vary_table.values(self.vary).items() if "over" not in self.keywords() else ():
+        """Least and largest values of `[vary]` at which the crank cannot turn."""
+        for key, values in vary_table.values(self.vary).items():
             for value in sorted({min(values), max(values)}):
-                changed = {"mechanism": self.mechanism.varied({key: value})}
-                for problem in self.row.function.asked(self.keywords() | changed)[0][:1]:
-                    yield Problem(f"over.{key}", value, f"its cells fail: {problem.expected}")
+                try:
+                    varied(self.mechanism, {key: value})
+                except InputError as error:
+                    yield Problem(f"over.{key}", value, f"its cells fail: {error.problems[0].expected}")
 
     def _idle(self) -> Iterator[Problem]:
-        """Parameters of `[vary]` on which no equation depends, as the mechanism is."""
+        """Contact data in `[vary]` of joints that have no play."""
         given = vary_table.values(self.vary)
-        most = largest(self.mechanism, given)
+        joints = {joint.name: joint for joint in getattr(largest(self.mechanism, given), "joints", ())}
         for key, values in given.items():
-            ends = min(values), max(values)
-            with suppress(InputError):
-                one, other = (assemble(most.varied({key: end})) for end in ends)
-                same = np.array_equal([*one.numbers, *one.state], [*other.numbers, *other.state])
-                if same and one.structure == other.structure and ends[0] < ends[1]:
-                    yield Problem(
-                        f"over.{key}", list(ends), "nothing varies: the mechanism as it is has no use for it"
-                    )
+            of, name, *rest = [*key.split("."), "", ""]
+            if of == "joints" and joints[name].ideal and rest[0] in ("contact", "friction"):
+                why = f"nothing varies: joint {name} has no play, and so no contact"
+                yield Problem(f"over.{key}", list(values[:2]), why)
 
     def summary(self) -> str:
         """A few lines on the study's settings."""

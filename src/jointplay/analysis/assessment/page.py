@@ -151,8 +151,9 @@ def _verdict(dataset: Dataset) -> str:
     """The grade, how often contact is lost and how hard it hits, and the largest force."""
     i, joints = _hardest(dataset), _joints(dataset)
     ratio, force = float(dataset["force_ratio"][i]), measure(float(dataset["peak_force"][i]), "N", 3)
-    most = f"joint {joints[i]} carries up to {force}, {plain(ratio, 3)} times as much as with ideal joints"
-    if ratio < ALIKE:
+    most = f"joint {joints[i]} carries up to {force}"
+    most += f", {plain(ratio, 3)} times as much as with ideal joints" * math.isfinite(ratio)
+    if 1 / ALIKE < ratio < ALIKE:
         most = f"forces are those of ideal joints, within {plain(100 * (ALIKE - 1), 2)} %"
     word = _grade(dataset).capitalize()
     if word == "Quiet":
@@ -376,7 +377,9 @@ def _words_at(place: Dataset, name: str) -> str:
 
 def _helps(dataset: Dataset) -> str:
     """Which single change lowers the largest ratio of a joint's force to that with ideal joints most."""
-    now, found = float(np.nanmax(dataset["force_ratio"], initial=0.0)), {}
+    now, found = largest(dataset["force_ratio"].values), {}
+    if math.isnan(now):
+        return "Single changes: with ideal joints there are no forces to compare with"
     for i in range(dataset.sizes.get("variant", 0)):
         one = dataset.isel(variant=i)
         words = TRIED.get((str(one["variant_quantity"].values), str(one["variant_change"].values)))
@@ -392,7 +395,7 @@ def _helps(dataset: Dataset) -> str:
         found[words.format(one["parameter_name"].values, share=share)] = largest(ratio)
     if not (found := {words: ratio for words, ratio in found.items() if math.isfinite(ratio)}):
         return "Single changes: not looked at"
-    if now < ALIKE:
+    if 1 / ALIKE < now < ALIKE:
         return "Forces are those of ideal joints: there is nothing to lower"
     best, *_ = order = sorted(found, key=found.__getitem__)
     tried = "; ".join(f"{words}: {plain(found[words], 3)}" for words in order)
@@ -650,7 +653,8 @@ def grade(lost: bool, ratio: float, speed: float) -> int:
     lost : bool
         Whether contact is lost in any joint.
     ratio : float
-        Largest force of a joint over that of the same joint in the ideal linkage, the largest of all joints.
+        Largest force of a joint over that of the same joint in the ideal linkage, the largest of all joints;
+        NaN where none is known: then the speed decides.
     speed : float
         Largest speed with which contact begins, m/s.
     """
@@ -658,7 +662,7 @@ def grade(lost: bool, ratio: float, speed: float) -> int:
         return 0
     if speed >= HARD or ratio >= HEAVY:
         return 3
-    return 1 if speed < GENTLE and ratio < LIGHT else 2
+    return 1 if speed < GENTLE and not ratio >= LIGHT else 2
 
 
 def over_ideal(force: np.ndarray, ideal: np.ndarray) -> np.ndarray:
