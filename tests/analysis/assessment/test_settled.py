@@ -189,7 +189,7 @@ def test_contact_is_kept_again_where_there_is_a_period_and_not_where_its_loss_wa
 @pytest.mark.long
 def test_forces_of_what_is_not_followed_to_its_end_are_a_status_and_a_word():
     linkage = jp.catalog.chunmei2002(clearance=2.9e-5)
-    found = assessed(linkage, None, 1, replace(HOW, max_steps=5))
+    found = assessed(linkage, None, 1, replace(HOW, max_steps=5), np.inf)
     assert {name: found[name] for name in ("status", "trouble")} == {"status": 2, "trouble": "step_limit"}
     table = assembled(linkage, ["gear_ratio"], found, found, found, [found], 2 * [found])
     assert table["peak_force"].isnull().all()
