@@ -298,9 +298,8 @@ def assess(  # noqa: D417 (nobody gives it the model)
     if np.isnan(like.get("peak", 0.0)).all():
         said["warning"] = "; ".join([*said.values(), NO_IDEAL])
         warn(NO_IDEAL)
-    shared = {"mechanism": mechanism, "how": how, "motion": now.get("motion")}
+    shared = {"mechanism": mechanism, "how": how, "motion": now.get("motion"), "turns": turns}
     search = Search(reach, step, accuracy, lasting)
-    shared["turns"] = turns
     along = [shared | {"key": key, "start": initial} for key in keys]
     later = (
         (hung, [shared]),

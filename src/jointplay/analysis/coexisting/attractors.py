@@ -29,7 +29,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import groupby, pairwise, product
 from typing import Annotated, Any, Unpack
@@ -38,7 +38,6 @@ import numpy as np
 from pydantic import Field
 
 from jointplay.analysis import rules
-from jointplay.analysis.assessment import settled
 from jointplay.analysis.cells import first_bad, growing, handed_out, warm
 from jointplay.analysis.coexisting import passes
 from jointplay.analysis.coexisting.region import Region, one_parameter, region_fits
@@ -52,7 +51,7 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.basin_uncertainty import wilson
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.sweeps import attractor, gather
-from jointplay.analysis.sweeps.attractor import RTOL
+from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.bifurcation import Over, lanes_fit, names, record_fits
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.vary import Axis, at_largest, checked_axes, largest
@@ -62,6 +61,7 @@ from jointplay.display.number_text import counted, measured, plain
 from jointplay.jobs.job import Entry
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
+from jointplay.solver.mechanism.records import ONCE_A_TURN
 from jointplay.solver.motion.ensemble_runs import in_lanes
 from jointplay.solver.motion.progress import part
 
@@ -425,9 +425,9 @@ def attractors(
     varied = largest(mechanism, over)
     initial, joint, n_jobs = motion["initial"], motion["joint"], motion["n_jobs"]
     observation = Observation.of(motion, in_lanes(motion["ensemble"], varied, motion["rtol"], starts))
-    looked = {"record": names(record, varied), "keep": observation.turns, "exponents": int(exponents)}
-    lengths = 0, observation.turns, lyapunov_turns
-    plan = replace(settled.plan(*lengths, motion["rtol"], motion["max_steps"]), **looked)
+    looked = ONCE_A_TURN, names(record, varied), observation.turns, 0, observation.turns
+    limits = {"rtol": observation.rtol, "max_steps": observation.max_steps}
+    plan = Plan(*looked, exponents=int(exponents), lyapunov_turns=lyapunov_turns, **limits)
     changes = [{axis.key: value} for value in axis.values]
     shared = {"mechanism": mechanism, "initial": initial}
     tell = [part(motion["progress"], *pair) for pair in pairwise(SHARES)]
