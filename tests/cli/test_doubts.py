@@ -49,3 +49,15 @@ def test_what_varies_nothing_is_doubted_and_whose_clearance_varies_is_said(tmp_p
     assert "nothing varies" not in capsys.readouterr().err
     assert main(["check", str(path), "--set", "vary.clearance=[1e-4, 2e-4]"]) == 0
     assert "varies     clearance of joint B (none at C), 2 values" in capsys.readouterr().out
+
+
+def test_a_crank_that_needs_no_whole_turn_is_not_doubted(tmp_path, capsys):
+    """A profile that turns it by 3 deg, of a loop that does not close all round."""
+    drive = 'drive = { kind = "profile", link = "crank", start = 0.0, end = 1.0, time = 0.1 }\n'
+    sizes = "crank = 0.1\nrod = 0.12\noffset = 0.05\nclearance = 0\n"
+    path, head = tmp_path / "a.toml", 'kind = "response"\n[vary]\ngravity = [1.0, 9.8]\n'
+    path.write_text(
+        f'{head}[mechanism]\ncatalog = "slider_crank"\n{sizes}{drive}[analysis]\nduration = 0.1\n'
+    )
+    assert main(["check", str(path)]) == 0
+    assert "cells fail" not in capsys.readouterr().err

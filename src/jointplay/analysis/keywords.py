@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import wraps
+from functools import partial, wraps
 from inspect import Parameter, Signature, signature
 from typing import Annotated, Any, ParamSpec, TypeVar
 
@@ -59,6 +59,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 RTOL = (1e-14, 1e-4)
 MOST = 100_000  # values along an axis
+LENGTHS = ("initial", "transient", "turns", "duration", "windows", "at")  # by which a crank's way is known
 HANDED: Any = None  # in a signature, default of what an analysis is handed and no call gives
 
 _MOVING = "a Mechanism or TestSystem, such as catalog.chunmei2002(),"
@@ -135,18 +136,19 @@ def _as_meant(closes: bool, given: dict[str, Any]) -> dict[str, Any]:
 
 def _turns_as_driven(function: Callable[..., Any]) -> Rule:
     """The rule that a crank whose speed is imposed can turn as far as an analysis follows it."""
-    lengths = ("initial", "transient", "turns", "duration", "windows", "at")
-    known = ["mechanism", *(name for name in lengths if name in signature(function).parameters)]
+    known = ["mechanism", *(name for name in LENGTHS if name in signature(function).parameters)]
+    rule = partial(turns_as_driven)
+    rule.__signature__ = Signature([Parameter(name, Parameter.KEYWORD_ONLY) for name in known])  # type: ignore[attr-defined]
+    return rule
 
-    def problems(mechanism: Any, initial: Any = None, **given: Any) -> Iterator[Problem]:
-        drive = getattr(mechanism, "drive", None)
-        if getattr(drive, "imposed_speed", None) is not None:
-            start = initial if isinstance(initial, Mapping) else {}
-            angle = start.get("crank_angle") or (start.get("angle") or {}).get(drive.link) or 0.0
-            yield from ideal.cannot_turn(mechanism, angle, _travel(drive, **given))
 
-    problems.__signature__ = Signature([Parameter(name, Parameter.KEYWORD_ONLY) for name in known])  # type: ignore[attr-defined]
-    return problems
+def turns_as_driven(mechanism: Any, initial: Any = None, **given: Any) -> Iterator[Problem]:
+    """Yield the problem of a crank whose speed is imposed and that cannot turn so far; by `LENGTHS`."""
+    drive = getattr(mechanism, "drive", None)
+    if getattr(drive, "imposed_speed", None) is not None:
+        start = initial if isinstance(initial, Mapping) else {}
+        angle = start.get("crank_angle") or (start.get("angle") or {}).get(drive.link) or 0.0
+        yield from ideal.cannot_turn(mechanism, angle, _travel(drive, **given))
 
 
 def _travel(

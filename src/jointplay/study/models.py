@@ -26,10 +26,10 @@ from pydantic import (
 )
 
 from jointplay import figures
-from jointplay.analysis.keywords import doubts
+from jointplay.analysis.keywords import LENGTHS, doubts, turns_as_driven
 from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.quantities import EVENTS
-from jointplay.analysis.rules import NONE, varied
+from jointplay.analysis.rules import NONE
 from jointplay.analysis.vary import largest
 from jointplay.display.errors import NOTHING, InputError, Problem, join, raise_any, refuse, unknown
 from jointplay.display.number_text import counted, measure, typed
@@ -289,13 +289,12 @@ class Study(OfKind):
         return list(dict.fromkeys(str(replace(problem, key=_place(problem.key))) for problem in found))
 
     def _failing_cells(self) -> Iterator[Problem]:
-        """Least and largest values of `[vary]` at which the crank cannot turn."""
+        """Least and largest values of `[vary]` at which the crank cannot turn as it is driven."""
+        way = {name: value for name, value in self.keywords().items() if name in LENGTHS}
         for key, values in vary_table.values(self.vary).items():
             for value in sorted({min(values), max(values)}):
-                try:
-                    varied(self.mechanism, {key: value})
-                except InputError as error:
-                    yield Problem(f"over.{key}", value, f"its cells fail: {error.problems[0].expected}")
+                for problem in turns_as_driven(self.mechanism.varied({key: value}), **way):
+                    yield Problem(f"over.{key}", value, f"its cells fail: {problem.expected}")
 
     def _idle(self) -> Iterator[Problem]:
         """Contact data in `[vary]` of joints that have no play."""
