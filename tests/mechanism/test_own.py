@@ -38,6 +38,7 @@ FORCED = {
     "forcing": "2*pi/omega",
 }
 STOP = {"name": "stop", "depth": "x - 1", "force": "100*depth"}
+KICK = {"name": "kick", "guard": "cos(2*pi*t)", "jump": {"v": "v + 1"}}
 
 
 def test_order_start_and_period():
@@ -151,6 +152,7 @@ def changed(**tables):
             "guard is above zero",
         ),
         ({"jumps": [{"name": "j", "guard": "p", "jump": {}}]}, "jumps[0].jump", "at least one state"),
+        ({"jumps": [KICK], "forcing": "1"}, "jumps[0].guard", "from one of two `modes` to the other"),
         ({"mass": {"v": {"v": 1, "p": 1}}}, "mass", "positive definite"),
         ({"parameters": {"depth": 1.0}, "contacts": [STOP]}, "parameters.depth", "a contact's already"),
         ({"mass": {"x": {"x": 1}}}, "mass.x", "no such state"),

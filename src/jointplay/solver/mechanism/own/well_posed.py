@@ -386,6 +386,11 @@ def _restitution(key: str, text: str | None, here: _Here) -> Iterator[Problem]:
 def _comes_back(place: str, each: Any, here: _Here) -> Iterator[Problem]:
     """Problem of a jump that ends on its guard or beyond, from where the guard is zero near the start."""
     states = [name for group in here.system.order for name in group if name in names_in(each.guard)]
+    if not states:
+        accepted = "a guard is accepted that the jump leads away from 0, by a state in it; one of time alone "
+        accepted += "leads from one of two `modes` to the other, and another one back"
+        yield Problem(f"{place}.guard", each.guard, accepted)
+        return
     at = {name: here.names[name] for name in states}
     for _ in range(50):  # Newton's method, down the guard's slope
         value = here(each.guard, **at)
@@ -397,7 +402,7 @@ def _comes_back(place: str, each: Any, here: _Here) -> Iterator[Problem]:
         at = {
             n: float(x - value * s / (slopes @ slopes)) for (n, x), s in zip(at.items(), slopes, strict=True)
         }
-    if not states or not abs(value) < 1e-9:
+    if not abs(value) < 1e-9:
         return
     new = {name: here(text, **at) for name, text in each.jump.items()}
     after = here(each.guard, **at | new)
