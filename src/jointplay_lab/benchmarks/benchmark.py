@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import astuple
 from typing import Unpack
 
 import numpy as np
@@ -90,10 +89,10 @@ def benchmark(mechanism: Moving, **motion: Unpack[Integration]) -> xr.Dataset:
     """
     began = time.perf_counter()
     found = ANSWERS[mechanism.name](mechanism, motion["rtol"], steps(motion["max_steps"]), motion["progress"])
-    rows = np.array([astuple(row) for row in found.rows], dtype=object).T
-    names = ("quantity", "quantity_units", "computed", "published")
-    values = {name: np.array(column.tolist()) for name, column in zip(names, rows, strict=True)}
+    units, published = map(np.array, zip(*found.published.values(), strict=True))
+    values = {"quantity": np.array(list(found.published)), "quantity_units": units, "published": published}
+    values["computed"] = np.array(found.computed, dtype=float)
     values["difference"] = values["computed"] - values["published"]
     values["relative_difference"] = np.abs(values["computed"] / values["published"] - 1)
-    values["n_evaluations"] = np.int64(found.counts["n_evaluations"])
-    return OUTPUTS.dataset(values | ended(found.status, began))
+    values["n_evaluations"] = np.int64(found.records.counts["n_evaluations"])
+    return OUTPUTS.dataset(values | ended(found.records.status, began))

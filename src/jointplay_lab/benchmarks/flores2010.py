@@ -17,7 +17,7 @@ from jointplay.analysis.keywords import Progress
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay_lab.benchmarks.answer import Answer, compared
+from jointplay_lab.benchmarks.answer import Answer
 
 END, SPEED = 2.6e-3, 150.0
 PUBLISHED = {
@@ -43,4 +43,4 @@ def answer(mechanism: Mechanism, rtol: float, max_steps: int, progress: Progress
             mechanism.link(model.links[i]).length * math.sin(found["angle"][1][-1, i]) for i in places
         )
         computed = [*angles, *speeds, mechanism.joint("G").clearance - raised]
-    return compared(PUBLISHED, computed, records)
+    return Answer(PUBLISHED, computed, records)

@@ -24,7 +24,7 @@ from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay_lab.benchmarks.answer import Answer, compared
+from jointplay_lab.benchmarks.answer import Answer
 
 END, PI = 0.1, 3.1415927
 CRANK, ROD, INERTIA, E, SIDE, DENSITY, SPEED = 0.15, 0.3, 0.0045339259, 2e11, 0.008, 7870.0, 150.0
@@ -113,7 +113,7 @@ def answer(mechanism: Mechanism, rtol: float, max_steps: int, progress: Progress
     model = dataclasses.replace(model, numbers=_numbers(model), state=state)
     records = follow(model, Request(END, rtol, at=np.array([END]), max_steps=max_steps), progress)
     if not len(records.samples):  # it stopped before
-        return compared(PUBLISHED, [math.nan] * len(PUBLISHED), records)
+        return Answer(PUBLISHED, [math.nan] * len(PUBLISHED), records)
     words = ("angle", "angular_velocity", "angular_acceleration", "slide_position", "slide_velocity")
     names = (*words, "reaction_x", "reaction_y", "drive_torque")
     found = Quantities(model, records.samples, records.start).variables(names, "time")
@@ -124,4 +124,4 @@ def answer(mechanism: Mechanism, rtol: float, max_steps: int, progress: Progress
     computed = [end["angle"][rod], end["slide_position"][0], *q]
     computed += [end["angular_velocity"][rod], end["slide_velocity"][0], *rates]
     computed += [end["angular_acceleration"][rod], *forces]
-    return compared(PUBLISHED, computed, records)
+    return Answer(PUBLISHED, computed, records)

@@ -21,7 +21,7 @@ from jointplay.analysis.keywords import Progress
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.motion.trajectory import Request, follow
-from jointplay_lab.benchmarks.answer import Answer, Digits
+from jointplay_lab.benchmarks.answer import Answer
 
 CENTRES = {
     "coupler": (1.876454585097650, 1.691962091335582),
@@ -60,19 +60,14 @@ def answer(mechanism: Mechanism, rtol: float, max_steps: int, progress: Progress
         found = Quantities(model, records.samples, records.start).variables((*words, "drive_torque"), "time")
         columns = [found[word][1] for word in words] + [found["drive_torque"][1][:, None]]
         computed[:reached] = np.hstack(columns)
-    names = [
-        (f"{link} {word}", unit) for word, unit in (("angle", "rad"), ("speed", "rad s-1")) for link in ANGLES
-    ]
-    rows = [
-        Digits(f"{name} at {t:g} s", unit, float(value), stored)
-        for t, own, published in zip(at, computed, PUBLISHED.values(), strict=True)
-        for (name, unit), value, stored in zip(names, own, published, strict=False)
-    ]
-    last = [(f"normal force {joint}", "N", stored) for joint, stored in FORCES.items()]
-    rows += [
-        Digits(f"{name} at {at[-1]:g} s", unit, float(value), stored)
-        for (name, unit, stored), value in zip(
-            [*last, ("drive torque", "N m", TORQUE)], computed[-1, 6:], strict=True
-        )
-    ]
-    return Answer(tuple(rows), records.status, records.counts)
+    words = {"angle": "rad", "speed": "rad s-1"}
+    names = [(f"{link} {word}", unit) for word, unit in words.items() for link in ANGLES]
+    stored = {
+        f"{name} at {t:g} s": (unit, each)
+        for t, row in PUBLISHED.items()
+        for (name, unit), each in zip(names, row, strict=True)
+    }
+    last = {f"normal force {joint}": ("N", force) for joint, force in FORCES.items()}
+    last |= {"drive torque": ("N m", TORQUE)}
+    stored |= {f"{name} at {at[-1]:g} s": each for name, each in last.items()}
+    return Answer(stored, [*computed[:, :6].ravel(), *computed[-1, 6:]], records)
