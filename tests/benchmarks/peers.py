@@ -16,7 +16,6 @@ from jointplay_lab.precision.work_precision import (
     PEERS,
     SHARP,
     TOLERANCES,
-    Plan,
     Row,
     Truth,
     contender,
@@ -44,7 +43,7 @@ def compare(case, methods, rounds, budget):
             ready = contender(method, model, rtol, model.period, truth, MAX_STEPS)
             rows.append(Row(method.name, rtol, ready))
     measure(rows, truth, rounds, budget)
-    return dataset(rows, truth, Plan(TOLERANCES, ()), 1.0, SHARP)
+    return dataset(rows, truth, TOLERANCES, 1.0, SHARP)
 
 
 def show(case, result):

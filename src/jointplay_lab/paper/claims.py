@@ -485,20 +485,16 @@ _RULES = {
 def peaks(
     mechanism: Mechanism,
     *,
-    joint: str = "B",
-    link: str = "coupler",
     turns: int = 10,
     rtol: float = 1e-8,
     max_steps: int | None = None,
 ) -> dict[str, Any]:
-    """Follow a motor-driven linkage and take the peaks of its response.
+    """Follow a motor-driven linkage and take the peaks of its response, at joint B and in the coupler.
 
     Parameters
     ----------
     mechanism : Mechanism
-        With a joint, ideal or with clearance, and links coupler and crank.
-    joint, link : str
-        Whose force and whose deflection.
+        With a joint B, ideal or with clearance, and links coupler and crank.
     turns : int
         Length of the steady window, turns.
     rtol : float
@@ -511,10 +507,10 @@ def peaks(
     dict
         ``status``; as lists of (mean over the turns, its standard error), one a window: ``peak_force`` (N),
         ``peak_coupler_acceleration`` and ``peak_crank_acceleration`` (rad/s²), ``impacts`` (1 a turn), and
-        of an elastic link ``peak_deflection``, ``rms_deflection`` (m), ``vibration`` and ``irregularity``
+        of an elastic coupler ``peak_deflection``, ``rms_deflection`` (m), ``vibration`` and ``irregularity``
         (1), the last NaN in the window of one turn. The standard error in a window of one turn is 0.
     """
-    clear, elastic = mechanism.joint(joint).clearance > 0, mechanism.link(link).elastic
+    clear, elastic = mechanism.joint("B").clearance > 0, mechanism.link("coupler").elastic
     force = ["normal_force", "tangential_force"] if clear else ["reaction"]
     record = ["angle", "angular_acceleration", *force] + ["deflection"] * elastic
     windows, limits = (START_UP, (DROPPED, DROPPED + turns)), {"rtol": rtol, "max_steps": max_steps}
@@ -526,25 +522,26 @@ def peaks(
     if sampled.status or own.status:
         return {"status": int(sampled.status or own.status)}
     answer: dict[str, Any] = {"status": 0, "impacts": [_impacts_between(own, window) for window in windows]}
-    for name, of in _quantities(joint, link, elastic).items():
-        sources = [(_turns(found), np.abs(of(found))) for found in (sampled, own)]
+    for name in (name for name in _QUANTITIES if elastic or name != "deflection"):
+        sources = [(_turns(found), np.abs(_QUANTITIES[name](found))) for found in (sampled, own)]
         answer[f"peak_{name}"] = [_peak(sources, window) for window in windows]
-    return answer | (_of_beam(sampled, mechanism, link, windows) if elastic else {})
+    return answer | (_of_beam(sampled, mechanism, windows) if elastic else {})
 
 
-def _quantities(joint: str, link: str, elastic: bool) -> dict[str, Callable[[xr.Dataset], np.ndarray]]:
-    """Functions from a result to the quantities that have peaks, by name."""
-    found: dict[str, Callable[[xr.Dataset], np.ndarray]] = {"force": lambda found: _force(found, joint)}
-    for one in ("coupler", "crank"):
-        found[f"{one}_acceleration"] = lambda found, k=one: found.angular_acceleration.sel(link=k).values
-    return found | ({"deflection": lambda found: found.deflection.sel(link=link).values} if elastic else {})
-
-
-def _force(found: xr.Dataset, joint: str) -> np.ndarray:
-    """Magnitude of the joint's force, N."""
+def _force(found: xr.Dataset) -> np.ndarray:
+    """Magnitude of the force in joint B, N."""
     if "reaction" in found:
-        return found.reaction.sel(pin=joint).values
-    return np.hypot(*(found[name].sel(joint=joint).values for name in ("normal_force", "tangential_force")))
+        return found.reaction.sel(pin="B").values
+    return np.hypot(*(found[name].sel(joint="B").values for name in ("normal_force", "tangential_force")))
+
+
+# From a result to the quantities that have peaks
+_QUANTITIES: dict[str, Callable[[xr.Dataset], np.ndarray]] = {
+    "force": _force,
+    "coupler_acceleration": lambda found: found.angular_acceleration.sel(link="coupler").values,
+    "crank_acceleration": lambda found: found.angular_acceleration.sel(link="crank").values,
+    "deflection": lambda found: found.deflection.sel(link="coupler").values,
+}
 
 
 def _turns(found: xr.Dataset) -> np.ndarray:
@@ -585,9 +582,9 @@ def _impacts_between(found: xr.Dataset, window: Pair) -> Pair:
     return float(np.sum((turns >= first) & (turns <= last)) / (last - first)), 0.0
 
 
-def _of_beam(found: xr.Dataset, mechanism: Mechanism, link: str, windows: tuple[Pair, ...]) -> dict[str, Any]:
-    value, angle = found.deflection.sel(link=link).values, found.angle.sel(link="crank").values
-    natural = math.tau / modal(mechanism.link(link)).frequency[0]
+def _of_beam(found: xr.Dataset, mechanism: Mechanism, windows: tuple[Pair, ...]) -> dict[str, Any]:
+    value, angle = found.deflection.sel(link="coupler").values, found.angle.sel(link="crank").values
+    natural = math.tau / modal(mechanism.link("coupler")).frequency[0]
     width = max(1, round(natural / float(found.time[1] - found.time[0])))
     each = [_each(_turns(found), window) for window in windows]
     whole = [np.concatenate(rows) for rows in each]

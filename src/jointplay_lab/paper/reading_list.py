@@ -156,7 +156,6 @@ def coarse_section(
     step: float | None,
     turns: int,
     transient: int = 0,
-    initial: Any = None,
 ) -> dict[str, np.ndarray]:
     """Cut a motion that is followed by fixed steps at the crank angle of its start, once a turn.
 
@@ -170,8 +169,6 @@ def coarse_section(
         Step, s, at most the longest stable one; None: half of that.
     turns, transient : int
         Section points kept, and section points dropped before.
-    initial : optional
-        As in `simulate`.
 
     Returns
     -------
@@ -184,9 +181,9 @@ def coarse_section(
     Raises
     ------
     InputError
-        If the step is too long, or the start does not fit.
+        If the step is too long.
     """
-    model = assemble(mechanism, initial)
+    model = assemble(mechanism)
     h, march, crank = accepted_step(model, step), March.of(model), Crank.of(model)
     n_x, wanted = len(model.state), transient + turns
     start, lost = np.concatenate([[0.0], model.state]), np.zeros(len(model.joints), dtype=np.int64)

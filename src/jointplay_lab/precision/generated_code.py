@@ -21,8 +21,12 @@ from jointplay.solver.codegen import cache
 from jointplay.solver.equations.structure import Linkage, Oscillator
 from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
 from jointplay.solver.method.compiler import POLICY, ready, signed
+from jointplay.solver.method.events import side_of
 from jointplay.solver.method.interface import SIGNATURES, Functions, interpreted
+from jointplay.solver.method.memory import lane_rows
+from jointplay.solver.method.modes import FREE, IMPACT, RESTING, SEPARATION, mask, variant_of
 from jointplay.solver.method.modes import follow as marked
+from jointplay.solver.method.numba_private import only_version
 from jointplay.solver.motion.trajectory import Request, functions, memory
 
 AWAY = 1e-7  # of a state's unit: difference over which a Jacobian that is not written out is taken
@@ -47,9 +51,6 @@ def starting_modes(model: Model) -> np.ndarray:
 @lru_cache(maxsize=16)
 def compiled(structure: Linkage | Oscillator):
     """The callbacks of a structure, to be called without a search for the version that fits."""
-    from jointplay.solver.method.interface import interpreted
-    from jointplay.solver.method.numba_private import only_version
-
     own, planned = functions(structure), cache.structure_module(structure).SIZES["planned"]
     made = callbacks(own, bool(planned))
     return made if interpreted() else Callbacks(*map(only_version, made))
@@ -57,8 +58,6 @@ def compiled(structure: Linkage | Oscillator):
 
 def aligned(blocks: list[np.ndarray]) -> np.ndarray:
     """Arrays one after another, from where the lane rows of the first lie as the method has them."""
-    from jointplay.solver.method.memory import lane_rows
-
     total = sum(map(len, blocks))
     joined = lane_rows(-(-total // 8))[:total]
     joined[:] = np.concatenate(blocks)
@@ -110,9 +109,6 @@ class Equations:
 
     def _watching(self, modes: np.ndarray) -> tuple[np.ndarray, int, np.ndarray, int]:
         """Masks of modes, their variant, the watched guards (guard, side, guard, …) and their number."""
-        from jointplay.solver.method.events import side_of
-        from jointplay.solver.method.modes import mask, variant_of
-
         m = np.zeros_like(self._m)
         mask(modes, m)
         sides = [(g, int(side_of(g, modes, self.flags))) for g in range(len(self.fired))]
@@ -143,8 +139,6 @@ class Equations:
 
     def _jump(self, t: float, y: np.ndarray, reset: int) -> tuple[np.ndarray, Event]:
         """The state after a reset, or after a wall lets go a body that rested on it."""
-        from jointplay.solver.method.modes import FREE, IMPACT, RESTING, SEPARATION
-
         at = len(self.flags) + reset
         if self.modes[at] == RESTING:
             self._enter(np.where(np.arange(len(self.modes)) == at, FREE, self.modes))

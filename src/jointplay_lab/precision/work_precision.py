@@ -44,24 +44,6 @@ from jointplay_lab.precision.generated_code import Equations, units
 PEERS: dict[str, type[Peer]] = {peer.name: peer for peer in (Heyoka, Cvode, Lsoda, Radau, Dop853)}
 
 
-@dataclass(frozen=True)
-class Plan:
-    """The tolerances and solvers that `work_precision` compares."""
-
-    tolerances: tuple[float, ...]
-    peers: tuple[str, ...]
-
-    @property
-    def installed(self) -> tuple[str, ...]:
-        """The peers that are installed."""
-        return tuple(name for name in self.peers if find_spec(PEERS[name].package))
-
-    @property
-    def absent(self) -> tuple[str, ...]:
-        """The peers that are not installed."""
-        return tuple(name for name in self.peers if name not in self.installed)
-
-
 def _falling(tolerances: tuple[float, ...]) -> tuple[float, ...]:
     if not tolerances or any(a <= b for a, b in pairwise(tolerances)):
         raise refuse(tolerances, f"falling relative tolerances from {RTOL[1]:g} to {RTOL[0]:g} are accepted")
@@ -190,18 +172,19 @@ def work_precision(  # noqa: D417 (nobody gives it the model)
     InputError
         Listing what makes no sense.
     """
-    plan = Plan(tolerances, peers)
+    installed = [name for name in peers if find_spec(PEERS[name].package)]
     limit = steps(motion["max_steps"])
     end = turns * model.period
     truth = Truth.of(model, motion["rtol"], end, limit)
     rows = [
         Row(method.name, tolerance, contender(method, model, tolerance, end, truth, limit))
-        for method in (Ours, *(PEERS[name] for name in plan.installed))
-        for tolerance in plan.tolerances
+        for method in (Ours, *(PEERS[name] for name in installed))
+        for tolerance in tolerances
     ]
     if truth.outcome.status == "ok":
         measure(rows, truth, rounds, budget, motion["progress"])
-    return dataset(rows, truth, plan, turns, motion["rtol"])
+    absent = [name for name in peers if name not in installed]
+    return dataset(rows, truth, tolerances, turns, motion["rtol"], absent)
 
 
 def _values(row: Row, turns: float) -> dict[str, float]:
@@ -221,8 +204,15 @@ def _values(row: Row, turns: float) -> dict[str, float]:
     }
 
 
-def dataset(rows: Sequence[Row], truth: Truth, plan: Plan, turns: float, rtol: float) -> xr.Dataset:
-    """Put a comparison together."""
+def dataset(
+    rows: Sequence[Row],
+    truth: Truth,
+    tolerances: Sequence[float],
+    turns: float,
+    rtol: float,
+    absent: Sequence[str] = (),
+) -> xr.Dataset:
+    """Put a comparison together; `absent` are peers that are not installed."""
     methods = list(dict.fromkeys(row.method for row in rows))
     of = {name: [row for row in rows if row.method == name] for name in methods}
     cells = [[_values(row, turns) for row in of[name]] for name in methods]
@@ -230,7 +220,7 @@ def dataset(rows: Sequence[Row], truth: Truth, plan: Plan, turns: float, rtol: f
     levels = [[time_at(of[method], level) / turns for level in LEVELS] for method in methods]
     values |= {
         "solver": np.array(methods),
-        "rtol": np.array(plan.tolerances),
+        "rtol": np.array(tolerances),
         "error_level": np.array(LEVELS),
     }
     values |= {"cpu_time_at_error": np.array(levels), "status": STATUS.index(truth.outcome.status)}
@@ -238,7 +228,7 @@ def dataset(rows: Sequence[Row], truth: Truth, plan: Plan, turns: float, rtol: f
     values |= {"truth_own_difference": truth.own_difference, "truth_difference": difference}
     values["truth_confirmed"] = np.int8(difference <= CONFIRMED)
     values["truth_events"] = np.int64(len(truth.outcome.events))
-    told = {"truth_confirmed_by": by or "none", "not_installed": ", ".join(plan.absent) or "none"}
+    told = {"truth_confirmed_by": by or "none", "not_installed": ", ".join(absent) or "none"}
     return OUTPUTS.dataset(values, turns=turns, truth_tolerance=rtol, **told)
 
 
