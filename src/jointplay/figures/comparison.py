@@ -129,32 +129,23 @@ def share(panels: Sequence[Axes]) -> None:
 
 def align(places: Sequence[SubFigure]) -> None:
     """Give titles in a row the same number of lines: panels are then at one height."""
-    columns = ([place.get_suptitle() for place in places], *headings(places))
-    most = [max(text.count("\n") for text in row) for row in columns]
-    for number, place in enumerate(places):
-        texts = [row[number] for row in columns]
-        first, *rest = [
-            "\n" * (lines - text.count("\n")) + text for lines, text in zip(most, texts, strict=True)
-        ]
-        place.suptitle(first, fontsize=8)
-        for ax, text in zip(place.axes, rest, strict=True):
+    same_lines(places)
+    for row in zip(*(place.axes for place in places), strict=True):
+        for ax, text in zip(row, padded([ax.get_title(loc="left") for ax in row]), strict=True):
             ax.set_title(text, loc="left")
 
 
 def same_lines(places: Sequence[SubFigure]) -> None:
     """Give titles beside each other the same number of lines."""
-    most = max(place.get_suptitle().count("\n") for place in places)
-    for place in places:
-        words = place.get_suptitle()
-        place.suptitle("\n" * (most - words.count("\n")) + words, fontsize=8)
+    titles = padded([place.get_suptitle() for place in places])
+    for place, words in zip(places, titles, strict=True):
+        place.suptitle(words, fontsize=8)
 
 
-def headings(places: Sequence[SubFigure]) -> list[list[str]]:
-    """Return the headings of panels in a row, a list a row."""
-    return [
-        [ax.get_title(loc="left") for ax in row]
-        for row in zip(*(place.axes for place in places), strict=True)
-    ]
+def padded(texts: Sequence[str]) -> list[str]:
+    """Return texts with as many lines as the longest of them, the words at the bottom."""
+    most = max(text.count("\n") for text in texts)
+    return ["\n" * (most - text.count("\n")) + text for text in texts]
 
 
 def once(rows: Sequence[Sequence[Axes]]) -> None:

@@ -19,10 +19,6 @@ from jointplay.solver.extensions import Table
 Options, Keywords = Mapping[str, Any], Mapping[str, Any]
 
 
-def _anything(options: Options, keywords: Keywords) -> Iterator[Problem]:
-    yield from ()
-
-
 @dataclass(frozen=True)
 class About:
     """Requirements of a figure.
@@ -57,7 +53,7 @@ class About:
     choices: Mapping[str, Collection[str]] = field(default_factory=dict)
     checks: Mapping[str, Callable[[Any], Any]] = field(default_factory=dict)
     least: float = 20.0
-    fits: Callable[[Options, Keywords], Iterator[Problem]] = _anything
+    fits: Callable[[Options, Keywords], Iterator[Problem]] = lambda options, keywords: iter(())
 
 
 GENERAL = ("width", "font", "ax")  # options that every figure has

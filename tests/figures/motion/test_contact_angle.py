@@ -10,14 +10,14 @@ from tests.figures.support.synthetic import response
 
 def test_three_ways_tell_the_same_direction():
     truth = np.linspace(-500.0, 800.0, 5001)
-    stored = timebase.wrapped(truth)
+    stored = timebase.within(truth, 360.0)
     assert np.all((stored >= -180) & (stored < 180))
     np.testing.assert_allclose(np.mod(stored - truth, 360.0) % 360.0, 0.0, atol=1e-9)
     np.testing.assert_allclose(timebase.unwrapped(stored) - stored[0], truth - truth[0], atol=1e-9)
     radians = np.radians(truth)
     arctan = np.degrees(np.arctan(np.sin(radians) / np.cos(radians)))
     inside = np.abs(np.abs(arctan) - 90) > 1e-6
-    np.testing.assert_allclose(timebase.principal(stored)[inside], arctan[inside], atol=1e-9)
+    np.testing.assert_allclose(timebase.within(stored, 180.0)[inside], arctan[inside], atol=1e-9)
 
 
 def test_a_third_of_a_turn_between_samples_is_followed():
@@ -26,7 +26,7 @@ def test_a_third_of_a_turn_between_samples_is_followed():
 
 def test_gaps_stay_gaps():
     truth = np.linspace(0.0, 700.0, 701)
-    stored = timebase.wrapped(truth)
+    stored = timebase.within(truth, 360.0)
     stored[300:310] = np.nan
     found = timebase.unwrapped(stored)
     assert np.isnan(found[300:310]).all()
@@ -39,7 +39,7 @@ def test_the_pen_is_lifted_at_jumps_and_nowhere_else():
     xs, ys = timebase.broken(degrees, 360.0, x, degrees)
     np.testing.assert_array_equal(np.isnan(ys), [False, False, True, False, False, False])
     np.testing.assert_array_equal(xs, [0, 1, 2, 2, 3, 4])
-    branch = timebase.principal(degrees)
+    branch = timebase.within(degrees, 180.0)
     xs, ys = timebase.broken(branch, 180.0, x, branch)
     assert np.isnan(ys).sum() == 0  # the arctangent runs on through 180 deg
 

@@ -107,12 +107,12 @@ def title(array: DataArray) -> str:
     return words[:1].upper() + words[1:]
 
 
-def in_contact(dataset: Dataset, joint: str, dim: str = "time") -> np.ndarray | None:
-    """Booleans along `dim`, true where the journal feels the bearing; None where modes are not recorded.
+def in_contact(dataset: Dataset, joint: str) -> np.ndarray | None:
+    """Booleans over time, true where the journal feels the bearing; None where modes are not recorded.
 
     `free` and `released` carry no force, all other modes do.
     """
-    if "mode" not in dataset or dim not in dataset["mode"].dims:
+    if "mode" not in dataset or "time" not in dataset["mode"].dims:
         return None
     return ~np.isin(codes.words(dataset["mode"].sel(joint=joint)).values, ("free", "released"))
 

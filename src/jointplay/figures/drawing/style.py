@@ -157,10 +157,6 @@ class Panel:
         """Refuse: a sheet of several results has several panels."""
         self._several(rows * columns)
 
-    def subplot_mosaic(self, mosaic: str, **_: Any) -> Any:
-        """Refuse: a mosaic has several panels."""
-        self._several(len({*mosaic} - {";"}))
-
     def add_gridspec(self, rows: int, columns: int, **_: Any) -> Any:
         """Give the place of the axes, where one panel is wanted."""
         if rows * columns > 1:

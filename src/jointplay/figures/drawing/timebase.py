@@ -173,14 +173,9 @@ def degrees(axis, shown_base: Base) -> None:
         axis.set_major_locator(Degrees())
 
 
-def wrapped(degrees: np.ndarray) -> np.ndarray:
-    """Return the angle from -180 up to 180 deg."""
-    return _within(degrees, 360.0)
-
-
-def principal(degrees: np.ndarray) -> np.ndarray:
-    """Return the principal branch of the arctangent, from -90 up to 90 deg: opposite directions are one."""
-    return _within(degrees, 180.0)
+def within(degrees: np.ndarray, span: float) -> np.ndarray:
+    """Return the angle within a range about 0 deg; with one of 180 deg, opposite directions are one."""
+    return (degrees + span / 2) % span - span / 2
 
 
 def unwrapped(degrees: np.ndarray) -> np.ndarray:
@@ -198,10 +193,6 @@ def broken(degrees: np.ndarray, span: float, *arrays: np.ndarray) -> list[np.nda
     """
     jumps = np.flatnonzero(np.abs(np.diff(degrees)) > span / 2) + 1
     return [np.insert(array, jumps, np.nan if array is degrees else array[jumps]) for array in arrays]
-
-
-def _within(degrees: np.ndarray, span: float) -> np.ndarray:
-    return (degrees + span / 2) % span - span / 2
 
 
 @dataclass(frozen=True)

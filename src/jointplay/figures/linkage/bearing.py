@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from jointplay.display.number_text import measure
-from jointplay.figures.drawing import artists, style
+from jointplay.figures.drawing import Axes, artists, style
 from jointplay.figures.linkage import symbols
 from jointplay.solver.mechanism.parts.joints import Joint
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 RIM, OUTER = 1.45, 1.5  # clearances: outer radius of the bearing, half the width of the panel
 PUSH = 0.45  # of the largest force, as an arrow

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from types import ModuleType
-from typing import TYPE_CHECKING
 
+from jointplay.figures.drawing import Axes, Figure
 from jointplay.figures.linkage import bearing, guide
 from jointplay.solver.mechanism.parts.joints import Joint
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 def of(joint: Joint) -> ModuleType:

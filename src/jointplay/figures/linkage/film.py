@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from textwrap import fill
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from jointplay.display.number_text import measure
-from jointplay.figures.drawing import artists, envelope, style
+from jointplay.figures.drawing import Axes, Figure, artists, envelope, style
 from jointplay.figures.linkage import enlarged, symbols
 from jointplay.figures.linkage.scene import Loose, Scene, spread
 from jointplay.figures.linkage.sketch import gravity
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 DPI, WIDE = 120, 760  # dots an inch, and most of a frame's width, of which larger sheets are drawn smaller
 LONGEST = 14.0  # mm: the arrow of the largest force at a joint
@@ -95,7 +90,7 @@ def history(ax: Axes, scene: Scene) -> None:
     for loose in scene.enlarged:
         curves |= loose.curves
         if not loose.joint.prismatic:
-            beyond[loose.joint.name] = loose.lowest[:, 0], loose.highest[:, 0]
+            beyond[loose.joint.name] = [each[:, 0] for each in loose.extremes]
     for number, (name, force) in enumerate(curves.items()):
         look = LINES[number % len(LINES)] | {"linewidth": 0.6 if number < len(LINES) else 1.2}
         envelope.course(ax, 1e3 * scene.times, force, beyond.get(name), label=name, **look)

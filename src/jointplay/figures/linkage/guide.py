@@ -7,19 +7,13 @@ line points to the right.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from jointplay.display.number_text import measure
-from jointplay.figures.drawing import style
+from jointplay.figures.drawing import Axes, Line2D, style
 from jointplay.figures.linkage import symbols
 from jointplay.solver.equations.structure import CORNERS
 from jointplay.solver.mechanism.parts.joints import Joint
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.lines import Line2D
 
 LONG, TALL, WALL = 2.6, 1.4, 0.75  # clearances: half of the block as it is drawn, thickness of a face
 ACROSS, BESIDE = TALL + 1.0 + WALL + 0.05, 3.2  # half the height and width of the panel

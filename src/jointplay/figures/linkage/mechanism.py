@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from jointplay.display.errors import NOTHING, Problem
 from jointplay.display.number_text import shown
-from jointplay.figures.drawing import select, style
+from jointplay.figures.drawing import Axes, Figure, select, style
 from jointplay.figures.drawing.style import owner
 from jointplay.figures.linkage import enlarged
 from jointplay.figures.linkage.sketch import Sketch, gravity
 from jointplay.figures.registry import picture
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.mechanism.start import Pose, start_pose
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 ROWS, MOST = 3, 6  # bearings below each other, and in all
 SIZE, LINE, LETTER = 84.0, 4.0, 1.6  # mm: heights of a panel and of a line, width of a letter

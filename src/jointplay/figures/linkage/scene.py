@@ -8,21 +8,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from jointplay.display import codes
 from jointplay.display.number_text import measure
-from jointplay.figures.drawing import select, timebase
+from jointplay.figures.drawing import Dataset, select, timebase
 from jointplay.figures.linkage import guide
 from jointplay.figures.linkage.sketch import Sketch, slide
 from jointplay.solver.mechanism.parts.joints import Joint
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.mechanism.start import Pose
-
-if TYPE_CHECKING:
-    from xarray import Dataset
 
 NEAR = 0.125  # turns to either side of an impact beyond which a sheet shows nothing
 EDGES = ("contact", "separation", "impact", "rest")  # events between which a journal flies or touches
@@ -269,20 +265,11 @@ class Loose:
         return self._of("normal_force")
 
     @cached_property
-    def highest(self) -> np.ndarray:
-        """The highest normal forces since the sample before, N, where they were recorded; as `force`."""
-        return self._beyond("highest")
-
-    def _beyond(self, word: str) -> np.ndarray:
-        found = (
-            self._of(f"{word}_normal_force") if f"{word}_normal_force" in self.scene.motion else self.force
-        )
-        return np.concatenate([self.force[:1], found[1:]])  # the first is of time that is not shown
-
-    @cached_property
-    def lowest(self) -> np.ndarray:
-        """The lowest ones, likewise."""
-        return self._beyond("lowest")
+    def extremes(self) -> list[np.ndarray]:
+        """Lowest and highest normal forces since the sample before, N, where recorded; each as `force`."""
+        names = [f"{word}_normal_force" for word in ("lowest", "highest")]
+        found = [self._of(name) if name in self.scene.motion else self.force for name in names]
+        return [np.concatenate([self.force[:1], each[1:]]) for each in found]  # the first: of time not shown
 
     @cached_property
     def curves(self) -> dict[str, np.ndarray]:
@@ -296,12 +283,12 @@ class Loose:
     @cached_property
     def most(self) -> np.ndarray:
         """The largest of its curves, N, and in a bearing the highest since the sample before."""
-        return self.highest[:, 0] if not self.joint.prismatic else np.max([*self.curves.values()], axis=0)
+        return self.extremes[1][:, 0] if not self.joint.prismatic else np.max([*self.curves.values()], axis=0)
 
     @cached_property
     def peak(self) -> float:
         """The largest force of one contact, N."""
-        return float(max(np.max(np.abs(self.force), initial=1e-300), self.highest.max()))
+        return float(max(np.max(np.abs(self.force), initial=1e-300), self.extremes[1].max()))
 
     def felt(self, i: int) -> float:
         """The largest force at a sample, N; at that of the impact, right before and after it too."""

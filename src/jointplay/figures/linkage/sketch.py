@@ -8,11 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.figures.drawing import style
+from jointplay.figures.drawing import Axes, style
 from jointplay.figures.linkage import symbols
 from jointplay.figures.linkage.guide import OUTLINE, SIDES
 from jointplay.figures.linkage.symbols import Artists
@@ -21,9 +20,6 @@ from jointplay.solver.mechanism.parts.joints import Joint, Pin
 from jointplay.solver.mechanism.parts.loads import Force, Torque
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.mechanism.start import Pose
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 MARGIN, FLATTEST = 0.16, 0.45  # of the size of the mechanism: around it, and its least height or width
 PLAY, STROKE, WALL = 0.1, 0.016, 0.035  # of it: a guide beyond its slider, its strokes, its faces

@@ -7,15 +7,10 @@ whatever the scale of the mechanism is.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.figures.drawing import style
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.transforms import Transform
+from jointplay.figures.drawing import Axes, Transform, style
 
 DARK, BODY, BENT, LOOSE, ACTION = "#333333", "#d5dbe1", "#9fc5e8", style.BLUE, style.WARNING
 HEAD = {"arrowstyle": "-|>", "mutation_scale": 7, "shrinkA": 0, "shrinkB": 0}
@@ -125,21 +120,21 @@ def spiral(ax: Axes, point) -> Artists:
     return _line(ax, radius * np.cos(turn), radius * np.sin(turn), at(ax, point), zorder=2.6)
 
 
-def arrow(ax: Axes, point, angle: float, length: float = 9.0, colour: str = ACTION) -> Artists:
+def arrow(ax: Axes, point, angle: float, length: float = 9.0) -> Artists:
     """Draw a straight arrow, `length` mm long, that ends at a point."""
     from matplotlib.patches import FancyArrowPatch
 
     tail = (-length * np.cos(angle), -length * np.sin(angle))
-    look = {"color": colour, "linewidth": 1.1, "zorder": 8, "transform": at(ax, point)}
+    look = {"color": ACTION, "linewidth": 1.1, "zorder": 8, "transform": at(ax, point)}
     return [ax.add_patch(FancyArrowPatch(tail, (0, 0), **look, **HEAD))]
 
 
-def turning(ax: Axes, point, positive: bool = True, radius: float = 4.6) -> Artists:
+def turning(ax: Axes, point, positive: bool = True) -> Artists:
     """Draw an arrow around a point: a torque, or the drive of a link."""
     from matplotlib.patches import FancyArrowPatch
 
     ends = np.deg2rad([20.0, 130.0] if positive else [130.0, 20.0])
-    tail, tip = (tuple(radius * np.array([np.cos(e), np.sin(e)])) for e in ends)
+    tail, tip = (tuple(4.6 * np.array([np.cos(e), np.sin(e)])) for e in ends)
     bend = {"connectionstyle": f"arc3,rad={0.5 if positive else -0.5}"}
     look = {"color": ACTION, "linewidth": 1.1, "zorder": 8, "transform": at(ax, point)}
     return [ax.add_patch(FancyArrowPatch(tail, tip, **look, **bend, **HEAD))]

@@ -12,12 +12,7 @@ from jointplay.figures.registry import picture
 
 PANEL, GAP, MARGINS = 28.0, 7.0, 23.0  # mm of height
 FLIGHT = 2.0  # pt: flights are a short part of a turn
-# name of a row, its function of the stored angle, the range in deg that it is confined to
-ROWS = (
-    ("wrapped", timebase.wrapped, 360.0),
-    ("unwrapped", timebase.unwrapped, None),
-    ("arctan $(r_y/r_x)$", timebase.principal, 180.0),
-)
+ROWS = {"wrapped": 360.0, "unwrapped": None, "arctan $(r_y/r_x)$": 180.0}  # ranges, deg, if any
 
 
 @picture(least=120, needs=("contact_angle",), clearance=True)
@@ -70,8 +65,9 @@ def angle_column(axes: np.ndarray, part: Dataset, joint: str, base: timebase.Bas
     x, degrees = base.forward(array["time"].values), artists.displayed(array)[0]
     contact = select.in_contact(part, joint)
     which = f" at {codes.contact(joint)}" if part.sizes["joint"] > 1 else ""
-    for ax, (words, branch, span) in zip(axes, ROWS, strict=True):
-        angle_panel(ax, x, branch(degrees), contact, span)
+    for ax, (words, span) in zip(axes, ROWS.items(), strict=True):
+        branch = timebase.within(degrees, span) if span else timebase.unwrapped(degrees)
+        angle_panel(ax, x, branch, contact, span)
         ax.set_ylabel(f"Contact angle{which},\n{words} (deg)")
         ax.yaxis.set_major_locator(Degrees())
         if x.size > 1:

@@ -51,21 +51,16 @@ def orbit_panel(ax: Axes, dataset: Dataset, joint: str | None) -> None:
     """Draw the orbit of one joint, all of `dataset`."""
     joint = select.label(dataset, "joint", joint)
     x, y = journal(dataset, joint, "time")
-    beyond = beyond_face if is_corner(joint) else outside
+    corner = is_corner(joint)
+
+    def beyond(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """How far points are beyond the clearance circle, or a corner beyond its face, in clearances."""
+        return (y if corner else np.hypot(x, y)) - 1.0
+
     contact = select.in_contact(dataset, joint)
     artists.path(ax, x, y, contact, dataset["time"].values, beyond)
     orbit_frame(ax, dataset, joint, x, y)
     artists.heading(ax, artists.missing_note(x, y, "samples"), select.unseen(dataset, joint, contact))
-
-
-def outside(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the distance of points beyond the clearance circle, in clearances."""
-    return np.hypot(x, y) - 1.0
-
-
-def beyond_face(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the distance of a corner beyond its face, in clearances."""
-    return y - 1.0
 
 
 def journal(dataset: Dataset, joint: str, dim: str) -> tuple[np.ndarray, np.ndarray]:
