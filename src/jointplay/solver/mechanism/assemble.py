@@ -14,13 +14,13 @@ from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.equations.parameters import parameter_names
 from jointplay.solver.equations.structure import Linkage
 from jointplay.solver.mechanism.loops.kinematic_chains import Forest, Place
-from jointplay.solver.mechanism.loops.loop_numbers import Bases, guesses, loop_numbers
+from jointplay.solver.mechanism.loops.loop_numbers import Bases, guesses, loop_numbers, vector
 from jointplay.solver.mechanism.model import DEEP, DEFLECTION, SPEED_FLOOR, Model
 from jointplay.solver.mechanism.own import oscillators
 from jointplay.solver.mechanism.parts import actions, stretch
 from jointplay.solver.mechanism.parts.beam import Link, line_density, modal
 from jointplay.solver.mechanism.parts.stretch import along
-from jointplay.solver.mechanism.records import Joint, Mechanism, Section, TestSystem
+from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 from jointplay.solver.mechanism.start import approaches, start
 from jointplay.solver.mechanism.structure import linkage
 
@@ -222,7 +222,8 @@ def numbers(mechanism: Mechanism, forest: Forest, structure: Linkage, bases: Bas
     values |= {"g": mechanism.gravity} | actions.numbers(mechanism, forest)
     values |= {"up_x": -math.cos(mechanism.gravity_direction), "up_y": -math.sin(mechanism.gravity_direction)}
     for joint in mechanism.clearance_joints:
-        values |= _joint(joint, forest)
+        values |= {f"{word}_{joint.name}": value for word, value in joint.numbers.items()}
+        values |= vector(joint.name, forest.vector(joint.journal, joint.bearing))
     for pin in structure.pins:
         values[f"m_{pin.name}"] = sum(links[k].mass for k in pin.links)
         for chain, name in pin.bases:
@@ -234,13 +235,6 @@ def numbers(mechanism: Mechanism, forest: Forest, structure: Linkage, bases: Bas
     values |= loop_numbers(forest, bases)
     angles = bases.state.angles
     return values | (mechanism.drive.numbers(angles[mechanism.drive.link]) if mechanism.drive else {})
-
-
-def _joint(joint: Joint, forest: Forest) -> dict[str, float]:
-    apart = forest.separation(joint)
-    values = joint.numbers | dict(zip(("rx0", "ry0"), apart.fixed, strict=True))
-    arms = {f"D_{joint.name}_{k}": arm for k, arm in apart.arms.items()}
-    return {f"{word}_{joint.name}": value for word, value in values.items()} | arms
 
 
 def _beam(link: Link, place: Place) -> dict[str, float]:

@@ -88,16 +88,15 @@ def _clearances(joint: Joint, forest: Forest) -> Iterator[Clearance]:
 
 def _clearance(joint: Joint, forest: Forest) -> Clearance:
     pins = joint.journal, joint.bearing
-    chains = [place_of(forest.places, pin).chain for pin in pins]
-    bases = [(chain, sign) for chain, sign in zip(chains, (1, -1), strict=True) if chain is not None]
+    vector = forest.vector(*pins)
     friction = joint.friction or FRICTIONLESS
     elastic = [pin.link in forest.links and forest.links[pin.link].elastic for pin in pins]
     return Clearance(
         name=joint.name,
         journal=joint.journal.link,
         bearing=joint.bearing.link,
-        arms=tuple(forest.separation(joint).arms),
-        bases=() if chains[0] == chains[1] else tuple(bases),
+        arms=tuple(vector.arms),
+        bases=vector.bases,
         law=joint.contact.law,
         tension=joint.contact.tension,
         friction=friction.law if friction.rubs else "none",

@@ -67,11 +67,15 @@ class Place:
 
 @dataclass(frozen=True)
 class Sum:
-    """A vector in a linkage cut open: r0 + sum_k D_k e_k + sum_s sign s d, the slides by joint name."""
+    """A vector in a linkage cut open: r0 + sum_k D_k e_k + sum_s sign s d + sum_f sign b_f.
+
+    Slides are by joint name; bases are those of chains, with their signs.
+    """
 
     arms: dict[str, float]
     fixed: tuple[float, float]
     slides: dict[str, int] = field(default_factory=dict)
+    bases: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -163,12 +167,17 @@ class Forest:
         of = {name: self.places[name].chain for name in self.links}
         return tuple(tuple(name for name in of if of[name] == chain) for chain in sorted(chains))
 
-    def separation(self, joint: Joint) -> Place:
-        """Constant part and arms D_k of the vector from bearing to journal, r = const + sum_k D_k e_k."""
-        journal, bearing = (place_of(self.places, pin) for pin in (joint.journal, joint.bearing))
-        names = dict.fromkeys([*journal.arms, *bearing.arms])
-        arms = {k: journal.arms.get(k, 0.0) - bearing.arms.get(k, 0.0) for k in names}
-        return Place(arms, (journal.fixed[0] - bearing.fixed[0], journal.fixed[1] - bearing.fixed[1]))
+    def vector(self, *pins: Pin) -> Sum:
+        """The vector to a pin, from a second one where there are two; a base that both have falls out."""
+        ends = [(place_of(self.places, pin), sign) for pin, sign in zip(pins, (1, -1), strict=False)]
+        arms: dict[str, float] = {}
+        for place, sign in ends:
+            for k, arm in place.arms.items():
+                arms[k] = arms.get(k, 0.0) + sign * arm
+        x, y = (sum(sign * place.fixed[i] for place, sign in ends) for i in (0, 1))
+        same = len({place.chain for place, _ in ends}) < len(ends)
+        bases = tuple((place.chain, sign) for place, sign in ends if place.chain is not None)
+        return Sum(arms, (x, y), bases=() if same else bases)
 
     def carried(self, link: str) -> list[str]:
         """The link and all that hang on it."""

@@ -34,13 +34,13 @@ def loop_numbers(forest: Forest, bases: Bases) -> dict[str, float]:
     """
     values = {}
     for name, link in forest.slides.items():
-        values |= _slide(name, link, forest) | _vector(name, forest.base(link))
+        values |= _slide(name, link, forest) | vector(name, forest.base(link))
     for cut, unknowns in forest.cuts:
         for joint in cut:
-            vector = forest.closure(joint)
-            values |= _vector(joint.name, vector)
+            closed = forest.closure(joint)
+            values |= vector(joint.name, closed)
             if len(cut) == 1:
-                values |= _branch(joint.name, vector, unknowns, forest, bases)
+                values |= _branch(joint.name, closed, unknowns, forest, bases)
     return values
 
 
@@ -62,7 +62,8 @@ def guesses(structure: Linkage, bases: Bases) -> np.ndarray:
     return np.array(rows, dtype=float).reshape(-1, 2)
 
 
-def _vector(name: str, vector: Sum) -> dict[str, float]:
+def vector(name: str, vector: Sum) -> dict[str, float]:
+    """Give the numbers of a vector in the equations: its constant part and its arms."""
     x, y = vector.fixed
     return {f"rx0_{name}": x, f"ry0_{name}": y} | {f"D_{name}_{k}": arm for k, arm in vector.arms.items()}
 

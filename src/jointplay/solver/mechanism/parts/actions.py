@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from jointplay.solver.equations import structure
-from jointplay.solver.mechanism.loops.kinematic_chains import Forest, place_of
-from jointplay.solver.mechanism.parts.joints import Pin
+from jointplay.solver.mechanism.loops.kinematic_chains import Forest
 from jointplay.solver.mechanism.parts.loads import Force, Spring, Torque, TorsionSpring
 
 Part = Spring | TorsionSpring | Force | Torque
@@ -43,28 +41,12 @@ def numbers(mechanism: Any, forest: Forest) -> dict[str, float]:
     return values
 
 
-def _ends(pins: Mapping[str, Pin], forest: Forest) -> list[tuple[Any, int]]:
-    """Places of the pins, and the signs with which the vector between them counts."""
-    return [(place_of(forest.places, pin), {"to": -1}.get(key, 1)) for key, pin in pins.items()]
-
-
 def _span(name: str, part: Part, forest: Forest) -> structure.Span:
-    ends = _ends(part.pins, forest)
-    chains = [place.chain for place, _ in ends]
-    bases = tuple((place.chain, sign) for place, sign in ends if place.chain is not None)
-    same = len(chains) == 2 and chains[0] == chains[1]
-    return structure.Span(name, tuple(_arms(ends)), () if same else bases)
-
-
-def _arms(ends: list[tuple[Any, int]]) -> dict[str, float]:
-    arms: dict[str, float] = {}
-    for place, sign in ends:
-        for k, arm in place.arms.items():
-            arms[k] = arms.get(k, 0.0) + sign * arm
-    return arms
+    vector = forest.vector(*part.pins.values())
+    return structure.Span(name, tuple(vector.arms), vector.bases)
 
 
 def _places(name: str, part: Part, forest: Forest) -> dict[str, float]:
-    ends = _ends(part.pins, forest)
-    fixed = {f"{axis}0_{name}": sum(sign * p.fixed[i] for p, sign in ends) for i, axis in enumerate("xy")}
-    return fixed | {f"D_{name}_{k}": arm for k, arm in _arms(ends).items()}
+    vector = forest.vector(*part.pins.values())
+    x, y = vector.fixed
+    return {f"x0_{name}": x, f"y0_{name}": y} | {f"D_{name}_{k}": arm for k, arm in vector.arms.items()}
