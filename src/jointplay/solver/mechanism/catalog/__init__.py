@@ -15,7 +15,7 @@ from typing import Any
 
 from jointplay.display.errors import no_attribute
 from jointplay.solver.extensions import Table
-from jointplay.solver.mechanism.base import GROUND
+from jointplay.solver.mechanism.catalog.preset_parts import four_bar_pins, joined
 from jointplay.solver.mechanism.catalog.presets import (
     quick_return as quick_return,
     slider_crank as slider_crank,
@@ -42,7 +42,6 @@ from jointplay.solver.mechanism.own.systems import (
     soft_impact_pair as soft_impact_pair,
 )
 from jointplay.solver.mechanism.parts.beam import Beam, Link
-from jointplay.solver.mechanism.parts.joints import Contact, Friction, Joint, Pin
 from jointplay.solver.mechanism.records import Mechanism, MotorLine
 from jointplay.solver.mechanism.signature import preset
 
@@ -90,17 +89,8 @@ def _table_1() -> Mechanism:
         Link(name="coupler", length=coupler, mass=0.1743, inertia=2.7e-3, beam=beam),
         Link(name="rocker", length=rocker, mass=0.2916, inertia=1.34e-3, beam=beam),
     )
-    pins = {
-        "O": (Pin(link="crank"), Pin(link=GROUND, point=(0.0, 0.0))),
-        "A": (Pin(link="crank", at=crank), Pin(link="coupler")),
-        "B": (Pin(link="coupler", at=coupler), Pin(link="rocker", at=rocker)),
-        "C": (Pin(link="rocker"), Pin(link=GROUND, point=(ground, 0.0))),
-    }
-    contact, friction = Contact(stiffness=7.15e6, damping=228.0), Friction(coefficient=0.01)
-    joints = tuple(
-        Joint(name=name, journal=journal, bearing=bearing, radius=0.015, contact=contact, friction=friction)
-        for name, (journal, bearing) in pins.items()
-    )
+    pins = four_bar_pins(crank, coupler, rocker, ground)
+    joints = joined(pins, (), radius=0.015, stiffness=7.15e6, damping=228.0, friction=0.01)
     drive = MotorLine(
         link="crank",
         gear_ratio=_GEAR_RATIO,

@@ -7,7 +7,7 @@ from functools import cache
 from typing import Annotated, Any
 
 from jointplay.solver.mechanism.base import NonNegative, unit
-from jointplay.solver.mechanism.catalog.preset_parts import Gravity, Play, fixed, joined, on
+from jointplay.solver.mechanism.catalog.preset_parts import Gravity, Play, fixed, four_bar_pins, joined, on
 from jointplay.solver.mechanism.parts.beam import Beam, Link
 from jointplay.solver.mechanism.parts.courses import Harmonic
 from jointplay.solver.mechanism.parts.drive import ConstantSpeed, Servo
@@ -144,12 +144,8 @@ def siconos_four_bar(
     if restitution is not None:
         contact = Contact(law="restitution", parameters={"restitution": restitution})
     law = {"contact": contact, "friction": Friction(coefficient=friction), "radius": 0.055}
-    joints = (
-        Joint(name="O", journal=on("crank"), bearing=fixed(0.0, 0.0), **law),
-        Joint(name="A", journal=on("crank", 1.0), bearing=on("coupler"), **law),
-        Joint(name="B", journal=on("coupler", 4.0), bearing=on("rocker", 2.5), **law),
-        Joint(name="C", journal=on("rocker"), bearing=fixed(3.0, 0.0), **law),
-    )
+    pins = four_bar_pins(*lengths.values(), 3.0).items()
+    joints = tuple(Joint(name=name, journal=one, bearing=two, **law) for name, (one, two) in pins)
     made = Mechanism(name="siconos_four_bar", links=links, joints=joints, drive=_controller(), gravity=9.81)
     return made.replace(clearance=clearance, **changes)
 

@@ -210,15 +210,14 @@ class Shape(Record):
     @property
     def description(self) -> str:
         """Material and body in a few words."""
-        body = next(name for name in _BODIES if getattr(self, name))
-        return f"{self.material.name} {body}, its holes left out"
+        return f"{self.material.name} {self._body[0]}, its holes left out"
 
     @property
     def across(self) -> tuple[str, float]:
         """Its size in the plane across its line, through which pins pass: key, and value in m."""
-        name = next(name for name in _BODIES if getattr(self, name))
+        name, body = self._body
         size = "diameter" if name in ("rod", "tube") else "width"
-        return f"{name}.{size}", getattr(getattr(self, name), size)
+        return f"{name}.{size}", getattr(body, size)
 
     def numbers(self, length: float) -> dict[str, float]:
         """Mass, mass centre and moment of inertia about it of a link of this length, by its keys.
@@ -228,19 +227,19 @@ class Shape(Record):
         length : float
             Distance between its pins, m.
         """
-        body = self._measures(length)
+        body = self._body[1].measures(length)
         mass = self.material.density * body.volume
         return {"mass": mass, "centre": length / 2, "inertia_centre": mass * body.gyration}
 
     def beam(self, length: float) -> dict[str, float]:
         """Elasticity and section of such a link, by the keys of its beam."""
-        body, own = self._measures(length), self.material
+        body, own = self._body[1].measures(length), self.material
         section = {"area": body.area, "second_moment": body.second_moment}
         return {"modulus": own.modulus, "density": own.density} | section
 
-    def _measures(self, length: float) -> Measures:
-        body = self.bar or self.rod or self.tube or self.plate
-        return body.measures(length)
+    @property
+    def _body(self) -> tuple[str, Bar | Rod | Tube | Plate]:
+        return next((name, body) for name in _BODIES if (body := getattr(self, name)))
 
 
 _BODIES = ("bar", "rod", "tube", "plate")
