@@ -18,6 +18,7 @@ from jointplay.display.errors import NOTHING, InputError, Problem, join, problem
 from jointplay.solver.equations.own.grammar import (
     CONSTANTS,
     FUNCTIONS,
+    Tree,
     is_name,
     number,
     parse,
@@ -31,7 +32,7 @@ PARTS = ("contacts", "friction", "switches", "impacts", "jumps")
 IN_LAWS = {"force": ("depth", "speed"), "coefficient": ("speed",), "static": ()}  # names that parts give
 NAMED = "a name of letters a to z, digits and _ is accepted, a letter first"
 GUARDS = ("on", "off", "depth", "speed", "gap", "guard")  # of events, whose slopes have slopes
-KINKS = 50
+KINKED, KINKS = {"abs", "sign", "max", "min"}, 50
 MOST = 1000  # systems whose equations are remembered to be right
 _right: set[str] = set()
 EVEN = 1e-9  # relative difference of rates a period apart, beyond which they do not repeat
@@ -109,7 +110,7 @@ def _of_the_equations(system: Equations) -> list[Problem]:
     found = [*_names(system), *_missing(system)]
     texts = [] if found else [*_texts(system)]
     for key, text, known in texts:
-        found += _wrong_text(key, text, known)
+        found += wrong_text(key, text, known)
     if not found:
         found += _kinks(texts)
     return found or [*_forced(system, texts), *_parts(system)] or [*_sliding(system)]
@@ -186,23 +187,30 @@ def _texts(system: Equations) -> Iterator[tuple[str, str, Collection[str]]]:
                     yield place, value, {*known, *IN_LAWS.get(key, ())}
 
 
-def _wrong_text(key: str, text: str, known: Collection[str]) -> Iterator[Problem]:
+def wrong_text(key: str, text: str, known: Collection[str], kinks: bool = True) -> Iterator[Problem]:
+    """Yield the problems of an expression of known names; `kinks`: whether it may have some."""
     try:
-        names = names_in(text)
+        tree = parse(text)
     except InputError as error:
         yield from error.under(key).problems
         return
-    for name in sorted(names - {*known}):
+    for name in sorted(tree.names - {*known}):
         yield unknown(key, text, name, sorted(known), f"name as {name!r}")
+    for kinked in sorted(_operations(tree) & KINKED) if not kinks else ():
+        yield Problem(key, text, f"an expression without kinks is accepted, and {kinked} has one")
     if large := too_large(text, bends=key.rpartition(".")[2] in GUARDS):
         yield Problem(key, text, large)
-    elif not plainly_real(parse(text)):
+    elif not plainly_real(tree):
         from jointplay.solver.equations.own.own import checked
 
         try:
-            checked(text)
+            checked(text, kinks)
         except InputError as error:
             yield from error.under(key).problems
+
+
+def _operations(tree: Tree) -> set[str]:
+    return {tree.operation}.union(*map(_operations, tree.parts))
 
 
 def _kinks(texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:

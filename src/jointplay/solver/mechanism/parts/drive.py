@@ -13,18 +13,10 @@ from typing import Annotated, ClassVar, Literal, Self, get_args
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from jointplay.display.errors import NOTHING, InputError, Problem, join, raise_any, refuse, unknown
+from jointplay.display.errors import NOTHING, Problem, join, raise_any, refuse
 from jointplay.display.number_text import measure, plain
 from jointplay.solver.equations.drives import NAMES
-from jointplay.solver.equations.own.grammar import (
-    CONSTANTS,
-    FUNCTIONS,
-    Tree,
-    is_name,
-    parse,
-    plainly_real,
-    too_large,
-)
+from jointplay.solver.equations.own.grammar import CONSTANTS, FUNCTIONS, is_name
 from jointplay.solver.equations.structure import Course as Structure
 from jointplay.solver.mechanism.base import (
     Flag,
@@ -39,9 +31,8 @@ from jointplay.solver.mechanism.base import (
     named,
 )
 from jointplay.solver.mechanism.own.own_parts import Text
+from jointplay.solver.mechanism.own.well_posed import wrong_text
 from jointplay.solver.mechanism.parts.courses import Course
-
-KINKED = {"abs", "sign", "max", "min"}
 
 
 class Servo(Course):
@@ -114,20 +105,7 @@ class Servo(Course):
                 yield Problem(join("where", name), name, f"{accepted} has a meaning already")
         for name, text in self.fed:
             key = join("where", name) if name else "feedforward"
-            try:
-                tree = parse(text)
-            except InputError as error:
-                yield from error.under(key).problems
-                continue
-            if large := too_large(text):
-                yield Problem(key, text, large)
-                continue
-            if not plainly_real(tree):
-                yield from _unreal(key, text)
-            for other in sorted(tree.names - {*known}):
-                yield unknown(key, text, other, known, f"name as {other!r}")
-            for kinked in sorted(_operations(tree) & KINKED):
-                yield Problem(key, text, f"an expression without kinks is accepted, and {kinked} has one")
+            yield from wrong_text(key, text, known, kinks=False)
             known.append(name)
 
     @property
@@ -159,19 +137,6 @@ class Servo(Course):
         varies = f" and {self.course_description}" if self.varies else ""
         wanted = f"{measure(self.speed, 'rad/s', 6)}{varies}"
         return f"servo on {self.link} to {wanted}, {measure(self.stiffness, 'N m/rad')}{more}"
-
-
-def _unreal(key: str, text: str) -> Iterator[Problem]:
-    from jointplay.solver.equations.own.own import checked
-
-    try:
-        checked(text, kinks=False)
-    except InputError as error:
-        yield from error.under(key).problems
-
-
-def _operations(tree: Tree) -> set[str]:
-    return {tree.operation}.union(*map(_operations, tree.parts))
 
 
 class MotorLine(Record):
