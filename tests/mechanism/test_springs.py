@@ -69,9 +69,9 @@ def test_names_are_of_one_spring_each():
 
 
 def test_a_torsion_spring_needs_counted_turns():
-    found = problems_of(catalog.chunmei2002, clearance={}, springs=[TORSION])
+    found = problems_of(assemble, catalog.chunmei2002(clearance={}, springs=[TORSION]))
     assert list(found) == ["mechanism.springs[0].from", "mechanism.springs[0].to"]
-    catalog.chunmei2002(clearance={}, springs=[TORSION | {"from": "crank", "to": "ground"}])
+    assemble(catalog.chunmei2002(clearance={}, springs=[TORSION | {"from": "crank", "to": "ground"}]))
 
 
 def test_growth_refuses_a_torsion_spring_on_the_crank():

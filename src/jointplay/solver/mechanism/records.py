@@ -406,21 +406,7 @@ class Draft:
             return problems  # what is connected to what is not known well enough to say more
         found = [*self._loose_links(joints), *self._locked(joints), *self._open_loop(joints)]
         found += [*_rubbed(joints), *self._too_wide(joints), *self._unfit_guides(joints)]
-        found += self._thinner_than_pins(joints)
-        return found or list(self._unwound(joints))
-
-    def _unwound(self, joints: Sequence[Joint]) -> Iterator[Problem]:
-        """A torsion spring needs whole turns counted, which links of a closed loop are not."""
-        twisted = [each for each in self._twisted() if each[0].startswith("springs")]
-        if not twisted or not all(joint.ideal for joint in joints):
-            return
-        loop = FourBar.of(joints, driven_link(self.drive, self.names, joints))
-        for key, name in twisted if loop else ():
-            if name in loop.links[1:]:
-                text = (
-                    f"{loop.links[0]} or ground is accepted while no joint has clearance: the angles of other"
-                )
-                yield Problem(key, name, f"{text} links are then known up to whole turns only")
+        return [*found, *self._thinner_than_pins(joints)]
 
     def _too_wide(self, joints: Sequence[Joint]) -> Iterator[Problem]:
         links = [link for _, link in self.links if link is not None]
