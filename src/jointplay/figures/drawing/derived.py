@@ -8,7 +8,8 @@ from pathlib import Path
 from matplotlib.figure import Figure
 from matplotlib.ticker import Locator, MaxNLocator, MultipleLocator
 
-UNDATED = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # the same figure is the same file
+# the same figure is the same file
+UNDATED = {form: {"CreationDate": None} for form in ("pdf", "ps", "eps")} | {"svg": {"Date": None}}
 PREVIEW_DPI = 300  # of images; vector formats embed their point clouds at savefig.dpi
 NOTEBOOK_DPI = 130
 VECTORS = ("pdf", "svg", "svgz", "ps", "eps", "pgf")

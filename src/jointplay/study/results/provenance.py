@@ -17,11 +17,17 @@ from jointplay.solver.codegen import cache
 SCHEMA_VERSION = 1
 
 
-def record(resolved: dict[str, Any], text: str, processors: Iterable[str] = ()) -> dict[str, Any]:
-    """Collect the provenance of a run, in plain JSON types.
+def attach(
+    dataset: xr.Dataset, resolved: dict[str, Any], text: str, processors: Iterable[str] = ()
+) -> xr.Dataset:
+    """Give a sealed copy of the dataset that holds its provenance: one JSON text, ``provenance``.
+
+    For people ``source``, ``history`` (which command made it, as the CF conventions ask) and ``study_toml``.
 
     Parameters
     ----------
+    dataset : Dataset
+        What the run gave.
     resolved : dict
         The study with every default filled in, as plain JSON types.
     text : str
@@ -29,7 +35,7 @@ def record(resolved: dict[str, Any], text: str, processors: Iterable[str] = ()) 
     processors : iterable of str, optional
         The kinds of processors that computed it; this process's own if there are none.
     """
-    return {
+    origin = {
         "schema_version": SCHEMA_VERSION,
         "software": {"name": "jointplay", "version": version("jointplay"), "git": git_describe()},
         "environment": environment() | {"processor": ", ".join(sorted(processors)) or processor()},
@@ -37,16 +43,6 @@ def record(resolved: dict[str, Any], text: str, processors: Iterable[str] = ()) 
         "study": resolved,
         "study_text": text,
     }
-
-
-def attach(
-    dataset: xr.Dataset, resolved: dict[str, Any], text: str, processors: Iterable[str] = ()
-) -> xr.Dataset:
-    """Give a sealed copy of the dataset that holds its provenance: one JSON text, ``provenance``.
-
-    For people ``source``, ``history`` (which command made it, as the CF conventions ask) and ``study_toml``.
-    """
-    origin = record(resolved, text, processors)
     source = "{name} {version}".format(**origin["software"])
     said = {
         "source": source,

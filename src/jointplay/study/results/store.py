@@ -122,7 +122,7 @@ def _blocks(values: np.ndarray, chunks: list[int] | str) -> Iterator[tuple]:
 
 
 def write_figure(figure: Figure, path: Path | str) -> Path:
-    """Write a figure to a file, whole or not at all. No date goes in: the same figure gives the same file.
+    """Write a figure of ours to a file, whole or not at all.
 
     Parameters
     ----------
@@ -142,9 +142,8 @@ def write_figure(figure: Figure, path: Path | str) -> Path:
     if form not in known:
         accepted = f"a name that ends in one of {', '.join(f'.{name}' for name in sorted(known))} is accepted"
         raise refuse(str(path), accepted, "--out")
-    dated = {"pdf": "CreationDate", "ps": "CreationDate", "eps": "CreationDate", "svg": "Date"}
     with replaced(path) as temporary:
-        figure.savefig(temporary, format=form, metadata={dated[form]: None} if form in dated else None)
+        figure.savefig(temporary, format=form)
     return path
 
 

@@ -132,12 +132,8 @@ def _ends(dataset: Dataset, outputs: Outputs, name: str, dims: list[str]) -> lis
     for at in (np.nanargmin(finite), np.nanargmax(finite)):
         place = np.unravel_index(at, values.shape)
         named = (f"{d} {measured(dataset[d][i], dataset[d])}" for d, i in zip(dims, place, strict=True))
-        ends.append(f"{_number(values[place], units)} ({', '.join(named)})")
+        ends.append(f"{measure(values[place], units, 3)} ({', '.join(named)})")
     return [f"{title}: from {ends[0]} to {ends[1]}"]
-
-
-def _number(value: float, units: str) -> str:
-    return plain(value, 3) if units == "1" else measure(value, units, 3)
 
 
 def _of_cells(array: DataArray, at: Mapping[str, Any], dims: list[str]) -> np.ndarray:
