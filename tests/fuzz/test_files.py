@@ -160,13 +160,13 @@ def test_a_key_that_cannot_be_printed_plainly_is_quoted():
 
 @pytest.mark.parametrize("form", ["gap", "zip"])
 def test_of_a_long_range_some_values_are_tried_out_and_both_ends(form, tmp_path, monkeypatch):
-    tried, checked = [], vary_table._axis_problems
+    tried, checked = [], vary_table.axes
 
     def counted(mechanism, given, root):
         tried.append(sum(map(len, given.values())))
         return checked(mechanism, given, root)
 
-    monkeypatch.setattr(vary_table, "_axis_problems", counted)
+    monkeypatch.setattr(vary_table, "axes", counted)
     text = CELLS.replace(
         GRID, "gap = { start = 1.0, stop = -1.0, num = 20000 }\n" + "zip = true\n" * (form == "zip")
     )

@@ -221,25 +221,19 @@ def _describe(row: Kind, tables: dict[str, Any]) -> None:
             properties[name]["description"] = texts[name]
 
 
-def _or_text(node: Any) -> Any:
-    """Accept a text with a unit in each part of a node that accepts a number."""
-    if isinstance(node, list):
-        return [_or_text(item) for item in node]
-    if not isinstance(node, dict):
-        return node
-    number = {"type": ["number", "string"], "pattern": PATTERN} if node.get("type") == "number" else {}
-    return {key: _or_text(value) for key, value in node.items()} | number
+def _tidy(node: Any, measured: bool = False) -> Any:
+    """Name bounds as JSON schema does, and drop titles that only repeat the key.
 
-
-def _tidy(node: Any) -> Any:
-    """Name bounds as JSON schema does, and drop titles that only repeat the key."""
+    What has a unit is `measured`: each part of it that accepts a number accepts a text with a unit, too.
+    """
     if isinstance(node, list):
-        return [_tidy(item) for item in node]
+        return [_tidy(item, measured) for item in node]
     if not isinstance(node, dict):
         return node
     kept = {key: value for key, value in node.items() if key not in INTERNAL}
-    if kept.get("units", "1") != "1":
-        kept = _or_text(kept)
+    measured = measured or kept.get("units", "1") != "1"
+    if measured and kept.get("type") == "number":
+        kept |= {"type": ["number", "string"], "pattern": PATTERN}
     if isinstance(kept.get("title"), str):
         del kept["title"]
-    return {BOUNDS.get(key, key): _tidy(value) for key, value in kept.items()}
+    return {BOUNDS.get(key, key): _tidy(value, measured) for key, value in kept.items()}

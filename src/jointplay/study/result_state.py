@@ -20,6 +20,7 @@ from jointplay.study.models import Study
 from jointplay.study.results import provenance
 from jointplay.study.results.outcome import name_of
 from jointplay.study.results.store import attributes, part
+from jointplay.study.toml_text import children
 
 NO_NUMBER = ("title", "figure")
 UNREAD = "a study that this version cannot read"
@@ -75,11 +76,9 @@ def _plain(record: Study) -> dict[str, Any]:
 
 def _flat(node: Any, key: str = "") -> Iterator[tuple[str, Any]]:
     """Paths and plain values of nested tables and lists."""
-    if isinstance(node, dict) and node:
-        for name, each in node.items():
-            yield from _flat(each, f"{key}.{name}" if key else name)
-    elif isinstance(node, list) and any(isinstance(each, dict) for each in node):
-        for i, each in enumerate(node):
-            yield from _flat(each, f"{key}[{i}]")
-    else:
+    plain = isinstance(node, list) and not any(isinstance(each, dict) for each in node)
+    if plain or not (inner := children(key, node)):
         yield key, node
+        return
+    for path, each in inner:
+        yield from _flat(each, path)

@@ -126,7 +126,7 @@ def _levels(table: dict[str, Any], count: int = DEPTH) -> Iterator[list[tuple[st
     level: list[tuple[str, Any]] = [("", table)]
     for _ in range(count):
         yield level
-        level = [(below, child) for path, node in level for below, child in _children(path, node)]
+        level = [(below, child) for path, node in level for below, child in children(path, node)]
 
 
 def _out_of_size(path: str, node: Any) -> Iterator[Problem]:
@@ -139,7 +139,8 @@ def _out_of_size(path: str, node: Any) -> Iterator[Problem]:
         yield Problem(path, shown, expected)
 
 
-def _children(path: str, node: Any) -> list[tuple[str, Any]]:
+def children(path: str, node: Any) -> list[tuple[str, Any]]:
+    """Path and value of each entry of a table or a list."""
     if isinstance(node, dict):
         return [(f"{path}.{key}" if path else key, child) for key, child in node.items()]
     return [(f"{path}[{i}]", child) for i, child in enumerate(node)] if isinstance(node, list) else []

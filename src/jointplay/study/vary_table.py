@@ -29,6 +29,7 @@ from jointplay.display.errors import InputError, Problem, join, problems_of, rai
 from jointplay.solver.mechanism.base import Flag, Number, Record, Written, measured
 from jointplay.solver.mechanism.measures import in_si
 from jointplay.solver.mechanism.parameters import Parameter, declared_units
+from jointplay.solver.mechanism.paths import ends
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 ROOT = "vary"
@@ -89,17 +90,13 @@ def _any_form(given: Any) -> str:
     return "flag" if isinstance(given, bool) else _form(given)
 
 
-def _flat(table: Any, path: str = "") -> Any:
+def _flat(table: Any) -> Any:
     """Join the keys of nested tables by dots, down to lists and ranges."""
     if not isinstance(table, Mapping):
         return table
-    flat: dict[str, Any] = {}
-    for key, value in table.items():
-        if key == "cases" and not path and isinstance(value, list | tuple):
-            value = [_flat(case) for case in value]
-        place = f"{path}.{key}" if path else str(key)
-        nested = isinstance(value, Mapping) and value and not set(value) & set(Range.model_fields)
-        flat |= _flat(value, place) if nested else {place: value}
+    flat = dict(ends(table, whole=Range.model_fields))
+    if isinstance(cases := flat.get("cases"), list | tuple):
+        flat["cases"] = [_flat(case) for case in cases]
     return flat
 
 
@@ -185,7 +182,7 @@ def problems(mechanism: Mechanism | TestSystem, vary: Mapping[str, Any], root: s
         shown = f"{total} combinations" if total < 10**18 else f"combinations of {len(given)} parameters"
         return [Problem(root, shown, f"at most {MANY} combinations are accepted")]
     first: dict[str, Problem] = {}
-    for problem in _axis_problems(mechanism, tried(vary), root):
+    for problem in problems_of(axes, mechanism, tried(vary), root):
         place, _, _ = problem.key.rpartition("[")
         ranged = isinstance(vary.get(place.removeprefix(root).removeprefix(".")), Range)
         key = place if ranged else problem.key
@@ -207,10 +204,6 @@ def _sample(given: Any, count: int) -> Sequence[int]:
 def together(vary: Mapping[str, Any]) -> bool:
     """Whether values go together one by one, and make no grid."""
     return "cases" in vary or bool(vary.get("zip"))
-
-
-def _axis_problems(mechanism: Mechanism | TestSystem, given: Mapping[str, Any], root: str) -> list[Problem]:
-    return problems_of(axes, mechanism, given, root)
 
 
 def _uneven(vary: Mapping[str, Any], given: Mapping[str, Sequence[float]], root: str) -> list[Problem]:
@@ -240,7 +233,7 @@ def _wrong_cases(
         seen.add(combined)
         for key, value in ((key, value) for key, value in case.items() if i in places[key]):
             place = join(root, f"cases[{i}].{key}" if "cases" in vary else f"{key}[{i}]")
-            for problem in _axis_problems(mechanism, {key: (value,)}, root):
+            for problem in problems_of(axes, mechanism, {key: (value,)}, root):
                 indexed = problem.key.endswith("]")
                 problems.append(replace(problem, key=place) if indexed else problem)
     return problems

@@ -316,9 +316,7 @@ def _not_empty(values: tuple[Any, ...]) -> tuple[Any, ...]:
 _Some, _Rising, _Falling = AfterValidator(_not_empty), _monotonic("rising", lt), _monotonic("falling", gt)
 Clearances = Annotated[several(NonNegative, "a list of clearances in m"), _Some]
 StartTurns = Annotated[several(Count, "a list of whole numbers of turns"), _Some]
-WindowsPerTurn = Annotated[
-    several(Natural, "a list of rising whole numbers"), _Some, _monotonic("rising", lt)
-]
+WindowsPerTurn = Annotated[several(Natural, "a list of rising whole numbers"), _Some, _Rising]
 Steps = Annotated[several(Positive, "a list of falling steps in s"), _Some, _Falling]
 Tolerances = Annotated[several(Rtol, "a list of relative tolerances"), _Some]
 

@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Unpack
 
@@ -376,11 +376,8 @@ def study_text(case: Case, seed: int, turns: int, rtol: float, max_steps: int) -
 
 
 def _table(head: str, values: Mapping[str, Any]) -> str:
-    return "".join(f"{line}\n" for line in ([head] if head else []) + list(_pairs(values)))
-
-
-def _pairs(values: Mapping[str, Any]) -> Iterator[str]:
-    return (f"{key} = {written(value)}" for key, value in values.items())
+    lines = [*[head] * bool(head), *(f"{key} = {written(value)}" for key, value in values.items())]
+    return "".join(f"{line}\n" for line in lines)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from typing import Any, TypeVar, get_args
 
@@ -122,12 +122,14 @@ def _holds_parts(key: str, value: Any) -> bool:
     return key in WITH_PARTS and isinstance(value, Mapping) and "kind" not in value
 
 
-def ends(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """Paths and values of the entries of nested tables."""
+def ends(
+    table: Mapping[str, Any], above: str = "", whole: Collection[str] = ("pin", "bush")
+) -> Iterator[tuple[str, Any]]:
+    """Paths and values of the entries of nested tables; one with any of the `whole` keys is a value."""
     for key, value in table.items():
         path = join(above, str(key))
-        if isinstance(value, Mapping) and value and not {"pin", "bush"} & value.keys():
-            yield from ends(value, path)
+        if isinstance(value, Mapping) and value and value.keys().isdisjoint(whole):
+            yield from ends(value, path, whole)
         else:
             yield path, value
 
