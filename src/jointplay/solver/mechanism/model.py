@@ -47,7 +47,7 @@ class Model:
     memories, guesses : int
         How many of the last speeds are what laws of contact and groups of loops remember; the groups alone.
     modes : tuple of str
-        States that are 1 or 0 (mechanism.own.own_equations), of which nothing near the motion has others.
+        States that are 1 or 0 (mechanism.own.own), of which nothing near the motion has others.
     crank, crank_angle, crank_speed
         Name of the driven link, its angle and speed at time 0.
     forward : int

@@ -14,7 +14,7 @@ from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.equations.own.written import Oscillator
 from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
 from jointplay.solver.mechanism.own.own import System
-from jointplay.solver.mechanism.own.own_equations import in_one_mode, one_mode
+from jointplay.solver.mechanism.own.well_posed import in_one_mode, one_mode
 
 PLAY = 1e-9  # by how much the state of a body at rest on a wall may be recorded beyond it
 TURN = 0.7  # rad of a phase that a step may span: within where the generated polynomials hold

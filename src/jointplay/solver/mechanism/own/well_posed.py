@@ -26,8 +26,8 @@ from jointplay.solver.equations.own.grammar import (
     size,
     too_large,
 )
-from jointplay.solver.mechanism.own.own_equations import Equations, in_one_mode, one_mode
 
+System = Any  # one of `own.own`, whose record asks here
 PARTS = ("contacts", "friction", "switches", "impacts", "jumps")
 IN_LAWS = {"force": ("depth", "speed"), "coefficient": ("speed",), "static": ()}  # names that parts give
 NAMED = "a name of letters a to z, digits and _ is accepted, a letter first"
@@ -39,7 +39,7 @@ EVEN = 1e-9  # relative difference of rates a period apart, beyond which they do
 NUDGE = 1e-6
 
 
-def problems(system: Equations) -> list[Problem]:
+def problems(system: System) -> list[Problem]:
     """Everything that is wrong with a system whose tables have the right form."""
     others = {"name", "parameters", "states", "system", "as_meant"}
     told = system.flags, [*system.parameters], system.states, system.model_dump_json(exclude=others)
@@ -56,7 +56,7 @@ def problems(system: Equations) -> list[Problem]:
     return [*values(system)] or [*at_the_start(system)]
 
 
-def _of_modes(system: Equations) -> Iterator[Problem]:
+def _of_modes(system: System) -> Iterator[Problem]:
     """Modes without a way out or in, jumps that lead nowhere, names of two things, a start in no mode."""
     modes = system.modes
     for mode, exits in modes.items():
@@ -94,7 +94,17 @@ def _of_modes(system: Equations) -> Iterator[Problem]:
         )
 
 
-def _under_modes(system: Equations, problem: Problem) -> Problem:
+def in_one_mode(modes: Collection[str], state: Mapping[str, float]) -> bool:
+    """Whether one mode of a state is 1, and the others are 0."""
+    return sorted(state[mode] for mode in modes) == [0.0] * (len(modes) - 1) + [1.0]
+
+
+def one_mode(modes: Collection[str]) -> str:
+    """Message on the accepted starts: in one mode."""
+    return f"a start in one mode is accepted: one of {', '.join(modes)} is 1, the others are 0"
+
+
+def _under_modes(system: System, problem: Problem) -> Problem:
     """A problem of the flat system, with the key that its modes are given by."""
     key, own = problem.key, len(system.jumps)
     places = [f"modes.{mode}[{i}]" for mode, exits in system.modes.items() for i in range(len(exits))]
@@ -105,7 +115,7 @@ def _under_modes(system: Equations, problem: Problem) -> Problem:
     return replace(problem, key=key)
 
 
-def _of_the_equations(system: Equations) -> list[Problem]:
+def _of_the_equations(system: System) -> list[Problem]:
     """Problems of the equations at any values of the parameters."""
     found = [*_names(system), *_missing(system)]
     texts = [] if found else [*_texts(system)]
@@ -116,7 +126,7 @@ def _of_the_equations(system: Equations) -> list[Problem]:
     return found or [*_forced(system, texts), *_parts(system)] or [*_sliding(system)]
 
 
-def _names(system: Equations) -> Iterator[Problem]:
+def _names(system: System) -> Iterator[Problem]:
     """Names that cannot be, or are given twice."""
     taken = {
         "t": "the time",
@@ -146,7 +156,7 @@ def _names(system: Equations) -> Iterator[Problem]:
             parts[part.name] = f"{table}[{i}]"
 
 
-def _missing(system: Equations) -> Iterator[Problem]:
+def _missing(system: System) -> Iterator[Problem]:
     """States without a rate, and entries of tables that are of no state."""
     if not system.states:
         yield Problem("states", {}, "at least one state is needed")
@@ -159,7 +169,7 @@ def _missing(system: Equations) -> Iterator[Problem]:
         yield from strangers(named, known, "state" if table != "units" else "name")
 
 
-def _texts(system: Equations) -> Iterator[tuple[str, str, Collection[str]]]:
+def _texts(system: System) -> Iterator[tuple[str, str, Collection[str]]]:
     """Key, text and known names of every expression."""
     numbers, flags = system.numbers, system.flags
     moving = {*system.states, *numbers, "t"}
@@ -224,7 +234,7 @@ def _kinks(texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:
             return
 
 
-def _forced(system: Equations, texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:
+def _forced(system: System, texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:
     """Problems of terms that vary with time without a period, or of a period without such terms."""
     timed = [(key, text) for key, text, _ in texts if "t" in names_in(text)]
     if timed and system.forcing is None:
@@ -234,7 +244,7 @@ def _forced(system: Equations, texts: list[tuple[str, str, Any]]) -> Iterator[Pr
         yield Problem("forcing", system.forcing, "nothing is accepted: no equation depends on t")
 
 
-def _parts(system: Equations) -> Iterator[Problem]:
+def _parts(system: System) -> Iterator[Problem]:
     """Problems of guards that no motion can change, and of jumps of states that cannot jump."""
     positions, speeds = system.order
     moving = {*positions, *speeds, "t"}
@@ -273,7 +283,7 @@ def _parts(system: Equations) -> Iterator[Problem]:
                 yield Problem(f"mass.{name}.{key}", row[key], accepted)
 
 
-def _sliding(system: Equations) -> Iterator[Problem]:
+def _sliding(system: System) -> Iterator[Problem]:
     """Problems of switches that slide, which only the written equations show."""
     if any(each.slides for each in system.switches):
         from jointplay.solver.equations.own.own import system as equations
@@ -304,7 +314,7 @@ def names_in(text: str) -> frozenset[str]:
     return frozenset(parse(text).names)
 
 
-def values(system: Equations) -> Iterator[Problem]:
+def values(system: System) -> Iterator[Problem]:
     """Problems of initial values and of the period as numbers."""
     texts = {f"states.{name}": text for name, text in system.states.items()}
     texts |= {"forcing": system.forcing} if system.forcing is not None else {}
@@ -321,9 +331,9 @@ def values(system: Equations) -> Iterator[Problem]:
 class _Here:
     """Expressions as numbers at the initial state, with some of the names changed."""
 
-    def __init__(self, system: Equations) -> None:
+    def __init__(self, system: System) -> None:
         names = [name for group in system.order for name in group]
-        self.system, self.names = system, dict(zip(names, system.initial, strict=True))
+        self.names = dict(zip(names, system.initial, strict=True))
         self.names |= {**system.numbers, "t": 0.0} | {each.name: 0.0 for each in system.switches}
         for i, each in enumerate(system.switches):
             try:
@@ -334,13 +344,8 @@ class _Here:
     def __call__(self, text: str, **changed: float) -> float:
         return number(text, self.names | changed)
 
-    def slopes(self, text: str, names: Collection[str]) -> np.ndarray:
-        """Slopes by names, from differences."""
-        up, down = ([self(text, **{n: self.names[n] + step}) for n in names] for step in (NUDGE, -NUDGE))
-        return (np.array(up) - down) / (2 * NUDGE)
 
-
-def at_the_start(system: Equations) -> Iterator[Problem]:
+def at_the_start(system: System) -> Iterator[Problem]:
     """Numbers that are not finite at the start, a singular mass matrix, jumps that lead nowhere."""
     try:
         here = _Here(system)
@@ -368,12 +373,12 @@ def at_the_start(system: Equations) -> Iterator[Problem]:
         for mode, exits in system.modes.items():
             jumps |= {f"modes.{mode}[{i}]": each for i, each in enumerate(exits) if each.to == mode}
         for place, each in jumps.items():
-            yield from _comes_back(place, each, here)
+            yield from _comes_back(place, each, here, sum(system.order, ()))
     except InputError:
         return  # it has no number at the start alone
 
 
-def _singular(system: Equations, here: _Here) -> Iterator[Problem]:
+def _singular(system: System, here: _Here) -> Iterator[Problem]:
     if not system.mass:
         return
     given = system.structure()
@@ -391,20 +396,23 @@ def _restitution(key: str, text: str | None, here: _Here) -> Iterator[Problem]:
         yield Problem(key, text, f"a restitution of 0 to 1 is accepted, not {value:g}")
 
 
-def _comes_back(place: str, each: Any, here: _Here) -> Iterator[Problem]:
+def _comes_back(place: str, each: Any, here: _Here, order: Collection[str]) -> Iterator[Problem]:
     """Problem of a jump that ends on its guard or beyond, from where the guard is zero near the start."""
-    states = [name for group in here.system.order for name in group if name in names_in(each.guard)]
+    states = [name for name in order if name in names_in(each.guard)]
     if not states:
         accepted = "a guard is accepted that the jump leads away from 0, by a state in it; one of time alone "
         accepted += "leads from one of two `modes` to the other, and another one back"
         yield Problem(f"{place}.guard", each.guard, accepted)
         return
+
+    def slope(name: str) -> float:
+        up, down = (here(each.guard, **at | {name: at[name] + step}) for step in (NUDGE, -NUDGE))
+        return (up - down) / (2 * NUDGE)
+
     at = {name: here.names[name] for name in states}
     for _ in range(50):  # Newton's method, down the guard's slope
         value = here(each.guard, **at)
-        point = _Here.__new__(_Here)
-        point.system, point.names = here.system, here.names | at
-        slopes = point.slopes(each.guard, states)
+        slopes = np.array(list(map(slope, states)))
         if not slopes.any() or abs(value) < 1e-12:
             break
         at = {
