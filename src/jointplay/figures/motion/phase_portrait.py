@@ -63,14 +63,15 @@ def portrait_panel(ax: Axes, dataset: Dataset, x: str | None, y: str | None, lin
     (xs, x_unit), (ys, y_unit) = artists.displayed(one), artists.displayed(two)
     at = of_joint(one, two)
     contact = select.in_contact(dataset, at) if at else None
+    edge = bearing_edge(dataset, one)
     if at and contact is not None:
-        edge = bearing_edge(dataset, one)
         touches = None if edge is None else lambda x, _: x - edge * x_unit.factor
         artists.path(ax, xs, ys, contact, one["time"].values, touches)
     else:
         artists.curve(ax, xs, ys, color=style.BLACK, linewidth=0.6)
-    if xs.size:
-        clearance_line(ax, dataset, one, x_unit.factor)
+    if xs.size and edge is not None:
+        look = {"color": style.GREY, "linewidth": 0.6, "linestyle": (0, (6, 2)), "zorder": 0}
+        ax.axvline(edge * x_unit.factor, **look, label="clearance $e$")
     artists.name_axes(ax, one, x_unit, two, y_unit)
     artists.heading(ax, artists.missing_note(xs, ys, "samples"), select.unseen(dataset, at, contact))
 
@@ -104,13 +105,6 @@ def bearing_edge(dataset: Dataset, x: DataArray) -> float | None:
     if str(x.name).removeprefix("section_") != "eccentricity" or "clearance" not in dataset:
         return None
     return float(dataset["clearance"].sel(joint=x["joint"]))
-
-
-def clearance_line(ax: Axes, dataset: Dataset, x: DataArray, factor: float) -> None:
-    """Mark where the journal meets the bearing, if the x axis is the eccentricity."""
-    if (edge := bearing_edge(dataset, x)) is not None:
-        look = {"color": style.GREY, "linewidth": 0.6, "linestyle": (0, (6, 2)), "zorder": 0}
-        ax.axvline(edge * factor, **look, label="clearance $e$")
 
 
 @picture(pair=True)

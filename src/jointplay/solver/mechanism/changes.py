@@ -145,11 +145,12 @@ def changed(mechanism: M, changes: Mapping[str, Any]) -> M:
     values, problems = _valid(mechanism, changes)
     begun = _begun(mechanism, values)
     problems += [*_clearance_problems(mechanism, values), *_friction_problems(mechanism, values)]
-    problems += [*_elastic_problems(mechanism, values), *_drive_problems(values)]
+    names = [link.name for link in mechanism.links]
+    problems += [*strangers(with_keys("elastic", values.get("elastic")), names, "link")]
+    problems += _drive_problems(values)
     doubtful = _NEED_BENDING if any(first(problem.key) == "elastic" for problem in problems) else ()
     nowhere = [word for word in _NOWHERE if word not in doubtful and not paths_of(begun, word)]
     problems = [also_known(problem, without=nowhere) for problem in problems]
-    names = [link.name for link in mechanism.links]
     kind = "speed" if "speed" in values else getattr(begun.drive, "kind", None)
     drive = f"this drive is of kind {kind!r}" if kind else "there is no drive"
     here = {"link": names[len(names) // 2], "drive": drive}
@@ -237,11 +238,6 @@ def _friction_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterat
                 f"{whose} {p.key.rpartition('.')[2]} = {p.given}, but {p.expected}" for p in error.problems
             )
             yield from (Problem("friction", values["friction"], text) for text in told)
-
-
-def _elastic_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
-    names = [link.name for link in mechanism.links]
-    return strangers(with_keys("elastic", values.get("elastic")), names, "link")
 
 
 def _drive_problems(values: Mapping[str, Any]) -> Iterator[Problem]:

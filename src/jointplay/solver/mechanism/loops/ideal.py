@@ -142,10 +142,6 @@ class Closure:
             x = x + step / max(1.0, np.abs(step[2::3]).max() / MOST)
         return x if np.abs(value).max() <= 1e3 * CLOSED * self.reach else None
 
-    def gaps(self, x: np.ndarray) -> dict[str, float]:
-        """Gap of each joint, m."""
-        return {joint.name: float(np.hypot(*self.joint(x, joint)[0])) for joint in self.mechanism.joints}
-
     def rough(self, angles: Mapping[str, float], slides: Mapping[str, float]) -> np.ndarray:
         """Coordinates at given angles, and slides where given, with every joint open as little as can be."""
         x = np.zeros(3 * len(self.place))
@@ -353,15 +349,15 @@ def _gaps(closure: Closure, x: np.ndarray, held: dict, crank_angle: float) -> di
     """Gap of each joint at a crank angle, where the joints are as little open as can be, m."""
     from scipy.optimize import least_squares
 
-    joints = 2 * len(closure.mechanism.joints)
-    weight = np.where(np.arange(joints + len(held)) < joints, 1.0, 1e3 * closure.reach)
+    joints = closure.mechanism.joints
+    weight = np.where(np.arange(2 * len(joints) + len(held)) < 2 * len(joints), 1.0, 1e3 * closure.reach)
     aim = held | {closure.driver: crank_angle}
     best = least_squares(
         lambda y: weight * closure.equations(y, aim)[0],
         x,
         jac=lambda y: weight[:, None] * closure.equations(y, aim)[1],
     )
-    return closure.gaps(best.x)
+    return {joint.name: float(np.hypot(*closure.joint(best.x, joint)[0])) for joint in joints}
 
 
 def _open(closure: Closure, x: np.ndarray, held: dict, crank_angle: float) -> str:

@@ -90,7 +90,9 @@ def _branch(
     if not angles:
         return {f"{word}_{name}": 0.0 for word in ("one", "two", "side")}
     own = slides and _turns_with(forest.slides[slides[0]], angles[0], forest)
-    raise_any((_one_point(k) for k in angles if not own and k not in vector.arms), "mechanism")
+    accepted = "a link whose two joints in a loop are apart is accepted"
+    lost = [k for k in angles if not own and k not in vector.arms]
+    raise_any((Problem("mechanism.joints", f"both at one point of {k}", accepted) for k in lost), "mechanism")
     arms = {k: vector.arms.get(k, 0.0) * cmath.rect(1.0, bases.state.angles[k]) for k in vector.arms}
     if len(angles) == 2:
         one, two = (arms[k] for k in angles)
@@ -113,11 +115,6 @@ def _turns_with(link: str, other: str, forest: Forest) -> bool:
     while link != other and link in guides:
         link = guides[link]
     return link == other
-
-
-def _one_point(link: str) -> Problem:
-    accepted = "a link whose two joints in a loop are apart is accepted"
-    return Problem("mechanism.joints", f"both at one point of {link}", accepted)
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ Holes for pins are left out, and so are bosses, fillets and what else a drawing 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Annotated, Any, Literal, NamedTuple, Self
@@ -495,8 +495,10 @@ class Link(Record):
         own = self.inertia
         if self.inertia_centre is not None:
             own = self.inertia_centre + self.mass * self.centre**2
-        names = ("mass", "centre", "inertia")
-        sums = dict(zip(names, together(self.mass, self.centre, own, self.masses), strict=True))
+        total = self.mass + sum(point.mass for point in self.masses)
+        moment = self.mass * self.centre + sum(point.mass * point.at for point in self.masses)
+        inertia = own + sum(point.mass * point.at**2 for point in self.masses)
+        sums = {"mass": total, "centre": moment / total, "inertia": inertia}
         beam = self.beam.model_copy(update={"area": float(area(self))})  # what bends is the link's own mass
         return self.model_copy(update=sums | {"inertia_centre": None, "masses": (), "beam": beam})
 
@@ -586,23 +588,6 @@ def bending_problems(link: Link) -> list[Problem]:
         text = f"a moment of inertia about the link's origin {limit}, {reason}"
         return [Problem("inertia", link.inertia, text)]
     return []
-
-
-def together(
-    mass: float, centre: float, inertia: float, masses: Sequence[PointMass]
-) -> tuple[float, float, float]:
-    """Give mass (kg), mass centre (m) and inertia about the origin (kg m²) of a link with its point masses.
-
-    Parameters
-    ----------
-    mass, centre, inertia : float
-        Those of the link alone; the inertia about its origin.
-    masses : sequence of PointMass
-        What sits on it.
-    """
-    total = mass + sum(point.mass for point in masses)
-    moment = mass * centre + sum(point.mass * point.at for point in masses)
-    return total, moment / total, inertia + sum(point.mass * point.at**2 for point in masses)
 
 
 @dataclass(frozen=True)
