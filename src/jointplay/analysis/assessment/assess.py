@@ -66,7 +66,8 @@ TURNS, LYAPUNOV_TURNS, RTOL = 20, 200, 1e-7
 REACH, STEP, ACCURACY, LASTS = 2.0, 0.005, 1e-3, 0.01
 LOOKED_AT = 32  # turns in which a settled motion must repeat
 BUDGET = 90.0  # s
-SETTLING, FEW = 6, 5  # part of the budget in which the present motion has to settle; turns dropped if not
+SOON, SETTLING = 2.0, 6  # s; part of the budget: in which the present motion is to settle, at first and then
+FEW = 5  # turns dropped, and again recorded, where it does not
 LEAST, MOST = 1.0, 24  # s that a cell has at least, and how often it may go on
 NOT_RUN = STATUS.index("not_run")
 SHARES = {  # of the work, about, that is done before and after each round: of a motion that
@@ -293,20 +294,13 @@ def assess(  # noqa: D417 (nobody gives it the model)
     keys, said = rules.usual_alike(mechanism, parameters_of(mechanism)) if along is None else (along, {})
     possible = 3 + 3 * len(keys)
     rounds = Rounds(budget, motion["progress"], motion["n_jobs"], possible)
-    first = {"start": initial, "turns": turns, "how": how, "patience": max(budget, BUDGET) / SETTLING}
-    now, like = rounds.answers(assessed, [first | {"mechanism": each} for each in (mechanism, ideal)])
+    shared = {"mechanism": mechanism, "how": how, "turns": turns}
+    first = shared | {"start": initial, "patience": SOON}
+    now, like = rounds.answers(assessed, [first, first | {"mechanism": ideal}])
     if np.isnan(like.get("peak", 0.0)).all():
         said["warning"] = "; ".join([*said.values(), NO_IDEAL])
         warn(NO_IDEAL)
-    shared = {"mechanism": mechanism, "how": how, "motion": now.get("motion"), "turns": turns}
-    search = Search(reach, step, accuracy, lasting)
-    along = [shared | {"key": key, "start": initial} for key in keys]
-    later = (
-        (hung, [shared]),
-        (curved, along),
-        (sided, [each | {"side": side, "search": search} for each in along for side in SIDES]),
-    )
-    known = [[{"status": NOT_RUN}] * len(cells) for _, cells in later]
+    known = [[{"status": NOT_RUN}] * count for count in (1, len(keys), len(SIDES) * len(keys))]
 
     def made() -> xr.Dataset:
         told = {"preparation": ready - began, "step": step, "lasting_share": lasting, "lasting_turns": lasted}
@@ -317,6 +311,17 @@ def assess(  # noqa: D417 (nobody gives it the model)
         return found.assign(OUTPUTS.variables_of(told)[0]).assign_attrs(own | said)
 
     shown(made, 0)
+    if now.get("hurried"):
+        rounds.number = 0
+        (now,) = rounds.answers(assessed, [first | {"patience": max(budget, BUDGET) / SETTLING}])
+        shown(made, 0)
+    shared["motion"], search = now.get("motion"), Search(reach, step, accuracy, lasting)
+    along = [shared | {"key": key, "start": initial} for key in keys]
+    later = (
+        (hung, [shared]),
+        (curved, along),
+        (sided, [each | {"side": side, "search": search} for each in along for side in SIDES]),
+    )
     rounds.shares = SHARES[_kind(now)]
     for number, (function, cells) in enumerate(later):
         known[number] = rounds.answers(function, cells, now)
@@ -403,6 +408,7 @@ def assessed(
                 motion = present(mechanism, start, how)
         except OutOfTime:
             motion = followed(mechanism, start, replace(how, transient=FEW, turns=2 * FEW))
+            return forces(motion, FEW, how) | {"motion": motion.plain(), "hurried": True}
         return forces(motion, turns, how) | {"motion": motion.plain()}
 
     return _timed(limit, found)
