@@ -1,7 +1,10 @@
-"""Rigid walls, jumps and modes whose gap or guard has a kink: |g|, and the larger and the smaller of two.
+"""Rigid walls, jumps and modes whose gap or guard has a kink, or bends where nothing else does.
 
 Against closed forms, the same walls one by one, and integrations by SciPy between events that it locates.
 """
+
+import itertools
+import math
 
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ from scipy.integrate import solve_ivp
 import jointplay as jp
 
 TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12)
+CARRIED = {"rates": {"x": "v", "v": "0"}}
 FREE = {"rates": {"x": "v", "v": "0"}, "scales": {"t": 1.0}}
 PAIR = [
     {"name": "right", "gap": "0.55-x", "restitution": "r"},
@@ -153,3 +157,47 @@ def test_a_jump_happens_at_a_guard_with_a_kink():
     )
     assert np.sum(jp.words(found)["event_kind"].values == "impact") > 2
     np.testing.assert_allclose(found["end_state"].values, like, rtol=1e-8)
+
+
+BENDS = {  # by the place x of the nearer side, at which it is 0, and a time in which it is passed
+    "sqrt((x-c)**2+(w/2)**2)-w": (math.sqrt(0.75), 1.0),
+    "log(((x-c)/w)**2+0.5)": (math.sqrt(0.5), 1.0),
+    "1-2*exp(-((x-c)/w)**2)": (math.sqrt(math.log(2)), 0.1),
+    "1-2/(1+((x-c)/w)**2)": (1.0, 0.1),
+    "tanh(((x-c)/w)**2-1)": (1.0, 0.1),
+}
+
+
+@pytest.mark.parametrize("w", [0.1, 0.01, 3e-3])
+@pytest.mark.parametrize("gap", BENDS)
+def test_nothing_passes_where_a_gap_bends_in_a_part_of_a_step(gap, w):
+    half, within = BENDS[gap]
+    numbers = {"c": 0.3, "w": w, "x0": -1.0, "v0": 2.0}
+    parts = {
+        "wall": {"impacts": [{"name": "w", "gap": gap, "restitution": "0.5"}]},
+        "jump": {"jumps": [{"name": "j", "guard": gap, "jump": {"x": "-10"}}]},
+        "mode": {"modes": {"on": [{"to": "off", "guard": gap}], "off": [{"to": "on", "guard": "x+100"}]}},
+        "contact": {"contacts": [{"name": "c", "depth": f"-({gap})", "force": "0.1*depth"}]},
+    }
+    for name, part in parts.items():
+        own = jp.System(
+            name=name,
+            states={"x": "x0", "v": "v0"},
+            parameters=numbers,
+            scales={"t": within},
+            **CARRIED,
+            **part,
+        )
+        for x, v in itertools.product((-1.0, -1.37, -0.81), (0.7, 2.0, 3.3)):
+            found = jp.simulate(own.replace(x0=x, v0=v), duration=2.2 / v)
+            met = (0.3 - half * w - x) / v
+            assert found["event_time"].values[0] == pytest.approx(met, rel=1e-9), (name, x, v)
+
+
+def test_what_bends_is_followed_by_itself():
+    walls = [{"name": "w", "gap": next(iter(BENDS)), "restitution": "0.5"}]
+    own = jp.System(
+        name="one", states={"x": -1, "v": 2}, parameters={"c": 0.3, "w": 0.1}, impacts=walls, **CARRIED
+    )
+    with pytest.raises(jp.InputError, match="no polynomial of the state"):
+        jp.poincare(own, section="x = 0", ensemble=True)

@@ -181,6 +181,9 @@ HINDERED = {
     "section": lambda: linkage(paper(clearance=4e-5), section="angle:rocker"),
     "loop_groups": grouped,
     "sliding_switch": lambda: jp.System(**SLIDING).structure(),
+    "bending_guard": lambda: jp.System(
+        **JUMPING | {"jumps": [JUMPING["jumps"][0] | {"guard": "2-exp(u)"}]}
+    ).structure(),
     "size": lambda: linkage(paper(clearance=dict.fromkeys("OABC", 4e-5))),
 }
 

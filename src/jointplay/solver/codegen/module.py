@@ -86,6 +86,7 @@ def _sizes(layout: Layout, plans: list[elimination.Plan]) -> dict[str, int]:
         "contacts": len(system.contacts),
         "resets": len(system.resets),
         "rubs": system.rubs,
+        "bends": int(system.bends),
         "folds": len(system.folds),
         "sections": int(system.section is not None),
         "powers": len(system.powers),

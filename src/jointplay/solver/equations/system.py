@@ -149,6 +149,7 @@ class System:
     `imposed` are accelerations of unknowns that neither force nor impulse changes, by their places. `draws`
     is the work that a drive of imposed speed does per change of each speed in an impact: 0 where there is no
     such drive, or no work is wanted. `answering` are the numbers of a drive whose torque answers its speed.
+    It `bends` where a guard is no polynomial of the state, and so may turn faster than the state does.
     """
 
     positions: tuple[Symbol, ...]
@@ -169,6 +170,7 @@ class System:
     imposed: dict[int, Expr] = field(default_factory=dict)
     draws: tuple[Expr, ...] = ()
     answering: tuple[Symbol, ...] = ()
+    bends: bool = False
 
     @property
     def rubs(self) -> int:

@@ -11,7 +11,7 @@ from .control import instant
 from .interface import compiled, inlined, inner
 from .memory import EVALUATIONS
 from .modes import CONE, FORCE, PULLS, RELEASED, SLIP_NEGATIVE, SLIP_POSITIVE, STICK, STICKING, inside
-from .polynomial import TO_ROUNDING, basis, bernstein, first_root, interpolate, value
+from .polynomial import TO_ROUNDING, basis, bernstein, first_root, interpolate, last_terms, value
 from .step import converge, keep
 
 REFINEMENTS, NEAR_ROOT = 8, 1e-6  # attempts at a root; share of a step that ends there
@@ -19,6 +19,7 @@ TOGETHER = 1e-6  # of a step that ends at an event: what happens within it is on
 FOLLOWING = 1e-6  # share of what a guard comes to in a step
 ROUNDING = 0.06  # of a guard's margin, which is more than sixteen roundings
 SQUARES = 4.0  # ratio of a squared distance among the stages, from which on zero may have been passed
+LEFT_OUT, FLAT = 0.01, 1e-6  # last terms of a guard that is seen whole, over its least and largest size
 NEAR_FOLD, AT_FOLD = 0.04, 1e-10  # sin^2 to a dead centre below which that is looked at; that counts as 0
 AWAY, NEARING, THERE = range(3)  # from a dead centre
 
@@ -67,6 +68,28 @@ def dead_centre(w, options):
         if least < NEAR_FOLD and _passes_zero(w, row, 0.0):
             found = NEARING
     return found
+
+
+@inner
+def unresolved(w, motion, options, h):
+    """Whether a guard may come nearer to zero between the stages of a step of length h than at any of them.
+
+    One that is no polynomial of the state may turn faster than the state, which alone bounds the step. What
+    the polynomial of the step leaves out of it is about as large as that one's last terms (polynomial.last).
+    """
+    if options.bends == 0 or h < options.chatter_time:
+        return False
+    for g in range(len(motion.fired)):
+        at, least, most = 8 * (options.guards + g), np.inf, 0.0
+        for i in range(8):
+            size = abs(w[at + i])
+            most = max(most, size)
+            least = size if size < least and (i < 7 or motion.fired[g] == 0) else least
+        if side_of(g, motion.modes, motion.flags) != 0 and last_terms(w, at) > max(
+            LEFT_OUT * least, FLAT * most
+        ):
+            return True
+    return False
 
 
 @inner

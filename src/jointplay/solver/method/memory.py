@@ -128,6 +128,7 @@ class Options(NamedTuple):
     chatter_time: float  # events closer than this, one after another, are chatter
     speed_tolerance: float  # speeds at a contact up to this are within the tolerance of zero
     height_tolerance: float  # heights of a rebound, likewise
+    bends: int  # 1: guards may turn faster than the state does
     gap_rounding: float  # rounding of a rigid wall's gap; 0: none that matters
     max_steps: int  # attempts
     log_from: float  # time from which steps and events are logged

@@ -39,6 +39,19 @@ TO_BERNSTEIN_6 = to_bernstein(NODES[:DEGREE]).T.copy().ravel()
 BARYCENTRIC = np.array([1 / np.prod([x - y for y in NODES if y != x]) for x in NODES])
 
 
+CHEBYSHEV = np.linalg.inv(np.polynomial.chebyshev.chebvander(2 * NODES - 1, DEGREE))[-2:].ravel()
+
+
+@compiled
+def last_terms(g, at):
+    """Sizes of the last two of the Chebyshev polynomials that make up the row g[at : at + 8], together."""
+    last, before = 0.0, 0.0
+    for i in range(8):
+        before += CHEBYSHEV[i] * g[at + i]
+        last += CHEBYSHEV[8 + i] * g[at + i]
+    return abs(before) + abs(last)
+
+
 @compiled
 def basis(x, out):
     """Lagrange basis polynomials of the eight nodes at x, in out[8:]."""

@@ -254,6 +254,7 @@ def run_of(model: Model, request: Request, log: np.ndarray | None = None):
         chatter_time=1e-7 * model.period,
         speed_tolerance=still,
         height_tolerance=guard_tolerances.height(model, request.rtol),
+        bends=sizes["bends"],
         gap_rounding=guard_tolerances.gap_rounding(model),
         max_steps=request.max_steps,
         log_from=float(request.log_from),

@@ -19,6 +19,7 @@ EXCLUSIONS = {  # what does not go in lanes: a word for results, and what it is
     "section": "a section other than at an angle of the driven link, or a phase",
     "loop_groups": "ideal loops that close by more than two links at a time",
     "sliding_switch": "a switch that slides",
+    "bending_guard": "a guard or gap that is no polynomial of the state",
     "size": f"more than {N} positions (modes, phases), {CONTACTS} contacts and walls, or {FOLDS} ideal loops",
 }
 
@@ -48,6 +49,7 @@ def _oscillator(structure: Oscillator) -> Iterator[tuple[str, bool]]:
     yield "sliding_switch", any(switch.slides for switch in structure.switches)
     yield "section", structure.section not in (None, "phase")
     sizes = structure_module(structure).SIZES
+    yield "bending_guard", sizes["bends"]
     positions = int(not structure.period) + sizes["angles"] + sizes["speeds"]
     yield "size", positions > N or sizes["contacts"] + sizes["resets"] > CONTACTS
 

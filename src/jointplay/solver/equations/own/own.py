@@ -8,7 +8,8 @@ The force F of a contact acts as its depth says, -F d depth/d q, and friction li
 speed. Switches are contacts without a force, whose mode, 0 or 1, is a number in the equations. So are |g|,
 the sign of g, and the larger and the smaller of two, of an argument g that moves: each of their kinks is an
 event, located, with its saltation. In what is evaluated at events alone (jumps, restitution) the sign of g is
-taken there and then. A switch that slides is friction.
+taken there and then. Powers of what a kink keeps from falling below 0 are continued there, where rounding may
+lead, as in the laws of contact. A switch that slides is friction.
 
 A sine or cosine of a phase (a rate times t, and an offset) is turned from step to step; of any other argument
 it is a function as all others are.
@@ -31,12 +32,14 @@ from __future__ import annotations
 import keyword
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from functools import partial
+from itertools import product
 
 from sympy import (
     Abs,
+    Add,
     E,
     Expr,
     Float,
@@ -59,7 +62,7 @@ from sympy.printing.str import StrPrinter
 
 from ....display.errors import InputError, Problem, refuse, unknown
 from ..cylinders import ROUND
-from ..functions import side, tanh
+from ..functions import TINY, side, tanh
 from ..system import TIME, Angle, Contact, Reset, System, traction
 from .grammar import constants_finite, parse
 from .written import Jump, Oscillator, Rubbing, Switch, Touch, Wall
@@ -76,12 +79,19 @@ _FORMED = re.compile(
 )
 
 
-_ONE, _NONE = Integer(1), Integer(0)
+_ONE, _NONE, _HALF = Integer(1), Integer(0), Rational(1, 2)
 
 
 LARGEST = 1e150  # its square is a number still
 
 _NOWHERE = {zoo, nan, oo, -oo, I}
+
+
+_FLAT = (
+    "an expression is accepted that is 0 at instants alone, as signs and guards need: this one is 0 over a "
+)
+_FLAT += "stretch; in the place of sign(max(x, 0)), max(sign(x), 0) is accepted"
+MOST_KINKS, ROUNDED = 8, 1e-12  # of an expression of which that is looked for; of its terms, whose sum is 0
 
 
 _UNREAL = "an expression with finite real values is accepted: this one has none, whatever its names stand for"
@@ -180,6 +190,8 @@ class _Writer:
         outputs = {f"state:{name}": self.names[name] for name in own}
         outputs |= {f"state:{name}": self.moving(text) for name, text in given.outputs}
         mass = {(i, j): self.moving(text) for i, j, text in given.mass} or None
+        contacts += [self._watched(name, force) for name in self.switches]
+        guards = [*(each.u for each in contacts), *(reset.guard for reset in resets)]
         outputs |= {angle.name: angle.value for angle in self.angles}
         outputs |= {f"gap:{reset.name}": reset.gap for reset in resets}
         return System(
@@ -190,9 +202,10 @@ class _Writer:
             mass=mass,
             force=tuple(middle(rate, given.switches) for rate in force),
             angles=tuple(self.angles),
-            contacts=(*contacts, *(self._watched(name, force) for name in self.switches)),
+            contacts=tuple(contacts),
             resets=tuple(resets),
             outputs=outputs,
+            bends=not all(guard.is_polynomial(*self.q, *self.z) for guard in guards),
         )
 
     def moving(self, text: str, **more: Expr) -> Expr:
@@ -208,7 +221,7 @@ class _Writer:
             "sin": self._sin,
             "cos": self._cos,
             "tan": lambda x: self._sin(x) / self._cos(x),
-        } | (_kinked(sign) | own)
+        } | (_kinked(sign) | {"sign": lambda x: _signum(x, sign)} | own)
         return real(text, self.names | more, functions, sign).xreplace(NUMBERS)
 
     def _located(self, argument: Expr) -> Expr:
@@ -261,7 +274,7 @@ class _Writer:
     def _touch(self, given: Touch) -> Contact:
         u = self.moving(given.depth)
         v_n, row = self._rate(u), self._row(u)
-        powers = {"**": partial(_onward, u), "sqrt": lambda base: _onward(u, base, Rational(1, 2))}
+        powers = {"**": partial(_onward, u), "sqrt": lambda base: _onward(u, base, _HALF)}
 
         def sign(argument: Expr) -> Expr:
             """Of a depth it is known while contact lasts."""
@@ -352,7 +365,11 @@ def real(
             raise refuse(text, _UNREAL)
         if exponent is not None and base.is_zero and not exponent.is_positive:
             raise refuse(text, _UNREAL)
-    return made.replace(lambda part: isinstance(part, Abs), lambda part: sign(part.args[0]) * part.args[0])
+    return _without_abs(made, sign)
+
+
+def _without_abs(value: Expr, sign: Callable[[Expr], Expr]) -> Expr:
+    return value.replace(lambda part: isinstance(part, Abs), lambda part: sign(part.args[0]) * part.args[0])
 
 
 def _float(value: Expr) -> float:
@@ -385,33 +402,84 @@ def _onward(u: Expr, base: Expr, exponent: Expr) -> Expr:
     return u * (u**2 + ROUND**2) ** ((exponent - 1) / 2)
 
 
-def at_rest(text: str, names: Mapping[str, Expr], kinks: bool = True) -> Expr:
-    """An expression of these names in which nothing moves: its kinks are no events.
+def at_rest(
+    text: str, names: Mapping[str, Expr], kinks: bool = True, sign: Callable[[Expr], Expr] | None = None
+) -> Expr:
+    """An expression of these names in which nothing moves: its kinks are no events, nor those of a `sign`.
 
     Raises
     ------
     InputError
         As `real`.
     """
-    waves = {"sin": sin, "cos": cos, "tan": lambda x: sin(x) / cos(x)}
-    return real(text, names, waves | _kinked(side), side if kinks else _no_kink(text))
+    fold = side if kinks else _no_kink(text)
+    own = {"sin": sin, "cos": cos, "tan": lambda x: sin(x) / cos(x)} | _kinked(fold)
+    return real(text, names, own | ({"sign": sign or _signum} if kinks else {}), fold)
 
 
-def checked(text: str, kinks: bool = True) -> None:
-    """Refuse an expression that has finite real values nowhere, or kinks where there may be none.
+def checked(text: str, kinks: bool = True, tells: bool = False, switches: Collection[str] = ()) -> None:
+    """Refuse an expression that has finite real values nowhere, or a sign of what is 0 over a stretch.
+
+    Parameters
+    ----------
+    text : str
+        A right one.
+    kinks : bool
+        Whether it may have some.
+    tells : bool
+        Whether events are told by its own sign.
+    switches : collection of str
+        Names that stand for 0 or 1.
 
     Raises
     ------
     InputError
-        As `real`.
+        As `real`, and so.
     """
+
+    def sign(argument: Expr) -> Expr:
+        if _vanishes(argument, {names[name] for name in names.keys() & {*switches}}):
+            raise refuse(text, _FLAT)
+        return side(argument)
+
     names = {name: symbol(name) for name in parse(text).names}
-    at_rest(text, names, kinks)
+    made = at_rest(text, names, kinks, sign)
+    if tells and _vanishes(made, ()):
+        raise refuse(text, _FLAT)
+
+
+def _vanishes(value: Expr, switches: Collection[Symbol]) -> bool:
+    """Whether a value is 0 on one side of its kinks, or with switches in some position: with any numbers."""
+    kinks, flags = [*value.atoms(side)], [*value.free_symbols & {*switches}]
+    if not kinks + flags or len(kinks + flags) > MOST_KINKS:
+        return False
+    some = {each: Float(1 + (i + 3) ** -0.5) for i, each in enumerate(sorted(value.free_symbols, key=str))}
+    for ends in product((_NONE, _ONE), repeat=len(kinks + flags)):
+        at = dict(zip(kinks + flags, ends, strict=True))
+        there = value.xreplace({each: at[each] if each in flags else 2 * at[each] - 1 for each in at})
+        terms = [complex(term.xreplace(some)) for term in Add.make_args(there)]
+        if abs(sum(terms)) <= ROUNDED * sum(map(abs, terms)):
+            return True
+    return False
+
+
+def _signum(argument: Expr, sign: Callable[[Expr], Expr] = side) -> Expr:
+    """The sign of an argument, 0 at 0 but where a switch tells it."""
+    found = sign(argument)
+    return argument / (found * argument + TINY) if found.has(side) else found
 
 
 def _kinked(sign: Callable[[Expr], Expr]) -> dict[str, Callable]:
     """Functions of the grammar but for sine and cosine, their kinks by a sign."""
+
+    def power(base: Expr, exponent: Expr) -> Expr:
+        folded = base.has(side) or any(each.name.startswith("Fn_") for each in base.free_symbols)
+        kept = folded and not exponent.is_negative
+        return _without_abs(_onward(base, base, exponent) if kept else _power(base, exponent), sign)
+
     return _SMOOTH | {
+        "**": power,
+        "sqrt": lambda base: power(base, _HALF),
         "sign": sign,
         "abs": lambda x: sign(x) * x,
         "max": lambda *parts: _compared(parts, sign),

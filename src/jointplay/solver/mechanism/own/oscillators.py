@@ -49,7 +49,8 @@ def model(system: System, initial: Any = None, section: str | None = None) -> Mo
     _check_gaps(structure, module, given, state)
     state, rates = inside(module, given, state), _phase_rates(module, given)
     rate = rates.get("phase", 0.0)
-    fastest = max(map(abs, rates.values()), default=0.0)
+    usual = module.SIZES["bends"] * math.tau / system.time_scale  # a guard may bend within
+    fastest = max(map(abs, rates.values()), default=usual)
     return Model(
         structure=structure,
         numbers=np.array(list(numbers.values()), dtype=float),

@@ -118,9 +118,9 @@ def _under_modes(system: System, problem: Problem) -> Problem:
 def _of_the_equations(system: System) -> list[Problem]:
     """Problems of the equations at any values of the parameters."""
     found = [*_names(system), *_missing(system)]
-    texts = [] if found else [*_texts(system)]
+    texts, switches = [] if found else [*_texts(system)], {each.name for each in system.switches}
     for key, text, known in texts:
-        found += wrong_text(key, text, known)
+        found += wrong_text(key, text, known, switches)
     if not found:
         found += _kinks(texts)
     return found or [*_forced(system, texts), *_parts(system)] or [*_sliding(system)]
@@ -197,8 +197,10 @@ def _texts(system: System) -> Iterator[tuple[str, str, Collection[str]]]:
                     yield place, value, {*known, *IN_LAWS.get(key, ())}
 
 
-def wrong_text(key: str, text: str, known: Collection[str], kinks: bool = True) -> Iterator[Problem]:
-    """Yield the problems of an expression of known names; `kinks`: whether it may have some."""
+def wrong_text(
+    key: str, text: str, known: Collection[str], switches: Collection[str] = (), kinks: bool = True
+) -> Iterator[Problem]:
+    """Yield the problems of an expression of known names, some of switches; whether it may have `kinks`."""
     try:
         tree = parse(text)
     except InputError as error:
@@ -208,13 +210,14 @@ def wrong_text(key: str, text: str, known: Collection[str], kinks: bool = True) 
         yield unknown(key, text, name, sorted(known), f"name as {name!r}")
     for kinked in sorted(_operations(tree) & KINKED) if not kinks else ():
         yield Problem(key, text, f"an expression without kinks is accepted, and {kinked} has one")
-    if large := too_large(text, bends=key.rpartition(".")[2] in GUARDS):
+    tells = key.rpartition(".")[2] in GUARDS
+    if large := too_large(text, bends=tells):
         yield Problem(key, text, large)
-    elif not plainly_real(tree):
+    elif size(text).kinks or not plainly_real(tree):
         from jointplay.solver.equations.own.own import checked
 
         try:
-            checked(text, kinks)
+            checked(text, kinks, tells, switches)
         except InputError as error:
             yield from error.under(key).problems
 
