@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from sympy import Symbol, symbols
 from jointplay.display.errors import InputError
 from jointplay.solver.equations.own import own
 from jointplay.solver.equations.own.grammar import ACCEPTED, number, parse
-from jointplay.solver.equations.own.written import Oscillator, Switch, Touch, Wall
+from jointplay.solver.equations.own.written import Oscillator, Touch, Wall
 from jointplay.solver.equations.system import Angle, Reset, System
 from jointplay.solver.equations.system import number as numbered
 from jointplay.solver.mechanism.own.own_parts import written
@@ -167,18 +166,6 @@ def test_kinks_are_switches(state):
     side = math.copysign(1, x - 0.1)
     slopes = [[side * y, abs(x - 0.1)], [(1 if side > 0 else 0) - (0 if side > 0 else 1) * y, -min(0.1, x)]]
     assert point.jacobian() == pytest.approx(np.array(slopes))
-
-
-def test_a_switch_with_two_thresholds_is_watched_by_its_mode():
-    given = Oscillator((), ("x",), (), ("1 - 2*heater",), switches=(Switch("heater", "1 - x", "x - 3"),))
-    f = plain(given)
-    for mode, value in (("free", 1 - 2.0), ("contact", -(2.0 - 3))):
-        point = Point(f, [], (2.0,), (mode,))
-        assert point.rate()[0, 0] == (1 if mode == "free" else -1)
-        assert point.watched()[0, 0] == value
-    lone = replace(given, switches=(Switch("heater", "1 - x"),))
-    systems = [own.system(each) for each in (given, lone)]
-    assert [each.contacts[0].latches for each in systems] == [True, False]
 
 
 def test_a_lone_contact_is_open_while_a_body_rests_on_a_wall():

@@ -143,7 +143,7 @@ class Bundle:
     def forget(self) -> None:
         """Take out of the frame what laws of contact remember; begin it anew where nothing else is left."""
         d = self.tangents.d.reshape(len(self.tangents.alive), -1)[:, 1:]
-        memories = slice(d.shape[1] - self.model.memories, d.shape[1] - self.model.guesses)
+        memories = slice(d.shape[1] - self.model.followers, d.shape[1] - self.model.guesses)
         if d[:, memories].any():
             d[:, memories] = 0.0
             R = np.linalg.qr((d * self.tangents.weight).T, mode="r")
@@ -218,18 +218,21 @@ class Bundle:
         return self.tangents.d.reshape(-1, 1 + len(self.motion.absolute))[:, 1:].copy()
 
     def opened(self) -> np.ndarray:
-        """Whether neighbours along each direction are off a wall on which the body rests here."""
-        from jointplay.solver.method.modes import FREE, RELEASED, mask
+        """Whether neighbours along each direction are off a guard that is 0 here, as of a wall at rest."""
+        from jointplay.solver.method.modes import FREE, GAP, RELEASED, SLIDE, mask
 
         motion, first = self.motion, len(self.motion.flags)
-        n_x, walls = len(motion.absolute), np.flatnonzero(motion.modes[first:] > RELEASED)
-        modes = np.where(np.arange(len(motion.modes)) < first, motion.modes, FREE)
-        slopes = self.tangents.gradient.copy()
+        n_x, modes = len(motion.absolute), np.where(np.arange(len(motion.modes)) < first, motion.modes, FREE)
+        met = [4 * first + wall for wall in np.flatnonzero(motion.modes[first:] > RELEASED)]
+        values = np.abs(_rows(self.model.structure, self.work, motion)[self.options.guards :])
+        for j in range(first):
+            watched = [4 * j + guard for guard in ((GAP, SLIDE) if motion.modes[j] > RELEASED else (GAP,))]
+            met += [guard for guard in watched if values[guard] <= motion.margin[guard]]
+        slopes, found = self.tangents.gradient.copy(), np.zeros(len(self.directions), dtype=bool)
         module = cache.variation_module(self.model.structure, self._names)
-        found = np.zeros(len(self.directions), dtype=bool)
         mask(modes, motion.m)
-        for wall in walls:
-            module.gradient(4 * first + wall, motion.s, motion.p, motion.m, slopes)
+        for guard in met:
+            module.gradient(guard, motion.s, motion.p, motion.m, slopes)
             terms = np.column_stack([slopes[1 : 1 + n_x] * self.directions.starts, slopes[1 + n_x :]])
             found |= np.abs(terms.sum(axis=1)) > APART * np.abs(terms).sum(axis=1)
         mask(motion.modes, motion.m)

@@ -418,7 +418,7 @@ def covariant(  # noqa: D417 (nobody gives it the model)
     (begin, until), window = rules.span(model, motion), settling * model.period
     limit, progress = rules.steps(motion["max_steps"]), motion["progress"]
     request = Request(until + window, motion["rtol"], max_steps=limit)
-    first = partial(frame, count, scales(model), model.memories)
+    first = partial(frame, count, scales(model), model.followers)
     bundle, other = (Bundle(model, request, each, TIGHT) for each in (first(), first(seed=OTHER)))
 
     def tell() -> None:

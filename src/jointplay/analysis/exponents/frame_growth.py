@@ -108,7 +108,7 @@ def of_the_section(run: Stretched, turn: float) -> dict[str, np.ndarray]:
     found, model = batch_means.estimates(run.rows, run.carried, turn), run.model
     if run.rested:
         vectors = run.logs.stop - run.logs.start
-        none = np.full(min(vectors, len(model.state) - model.memories - 1), np.nan)
+        none = np.full(min(vectors, len(model.state) - model.followers - 1), np.nan)
         found = dict.fromkeys(found, none)
     turns = (run.rows[-1, 0] - run.rows[0, 0]) / turn if len(run.rows) else math.nan
     return {new: found[old] for new, old in OF_THE_FLOW.items()} | {"exponent_turns": turns}
@@ -214,9 +214,9 @@ def framed(
 ) -> Bundle:
     """Prepare a run with `count` tangents, and the motion's own before them where that is neutral.
 
-    None has a part in what laws of contact remember at the start.
+    None has a part in what laws of contact remember at the start, or in modes.
     """
-    wanted, tolerance = frame(count + neutral, scales(model), model.memories), SOLVED * request.rtol
+    wanted, tolerance = frame(count + neutral, scales(model), model.followers), SOLVED * request.rtol
     rows = batch_means.BLOCKS // LOOKS
     return Bundle(model, request, wanted, tolerance, saltation, rows=rows, neutral=neutral)
 
@@ -237,7 +237,7 @@ def follow(
         if progress is not None:
             progress(bundle.time / end)
 
-    for until in (begin / 2, begin) if bundle.model.memories else (begin,):
+    for until in (begin / 2, begin) if bundle.model.followers else (begin,):
         status = go_on(until) if status == OK else status
         bundle.forget()  # what entries left in tangents, before these find their directions
     kept = bundle.row()

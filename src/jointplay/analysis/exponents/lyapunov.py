@@ -61,8 +61,8 @@ def exponents_fit(mechanism: Mechanism | TestSystem, exponents: Any, model: Any 
 
 
 def directions(model: Model) -> int:
-    """Number of exponents: one a state, without the memories of contact laws."""
-    return len(model.state) - model.memories
+    """Number of exponents: one a state, without the memories of contact laws and without modes."""
+    return len(model.state) - model.followers
 
 
 def steady(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:

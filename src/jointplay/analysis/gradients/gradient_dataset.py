@@ -19,7 +19,7 @@ WHY = {  # there is no derivative, or hardly one
     "nearly_touching": "a gap almost closes in flight, and neighbouring motions touch there",
     "equal_multipliers": "two multipliers are equal, and they part as a square root does",
     "neutral": "the orbit has a multiplier of 1, and lies in a family of orbits",
-    "one_sided": "the body starts at rest on a wall, and neighbouring starts lie clear of it or inside it",
+    "one_sided": "the motion starts where a contact, wall or switch changes: neighbours differ by side",
     "sensitive": "runs at two tolerances differ by more than a tenth: neighbouring motions part too fast",
     "no_motion": "the motion did not reach its end",
 }

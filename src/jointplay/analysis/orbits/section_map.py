@@ -295,6 +295,7 @@ class SectionMap:
     def _projected(self, M: np.ndarray, rate: np.ndarray) -> np.ndarray:
         if self.place is not None:
             M = M - np.outer(rate, M[self.place]) / rate[self.place]
+        M = M * (np.arange(len(M)) < len(M) - len(self.model.modes))  # nothing near has other modes
         scale = self.scale[self.free]
         return M[np.ix_(self.free, self.free)] * scale / scale[:, None]
 

@@ -29,7 +29,6 @@ from ..method.modes import (
     FORCELESS,
     GAP,
     IN_FLIGHT,
-    LATCHES,
     PULLS,
     REMEMBERS,
     SHARES,
@@ -104,7 +103,6 @@ def _names(system: System) -> str:
         + STICKS * c.sticks
         + REMEMBERS * bool(c.entry)
         + SHARES * (c.sticks and bool(c.face))
-        + LATCHES * c.latches
         + SWITCHES * bool(c.acts_along)
         + FORCELESS * (not c.sticks and not any(c.normal))
         for c in system.contacts

@@ -39,7 +39,7 @@ def masks(system: System, variant: str) -> list[Mask]:
     A lone contact needs only slip. `any` keeps all, `touch` all but stick.
     """
     held = [*system.contacts, *(reset for reset in system.resets if not reset.moves)]
-    alone = len(held) == 1 and variant not in ("any", "touch") and not any(c.latches for c in system.contacts)
+    alone = len(held) == 1 and variant not in ("any", "touch")
     result = []
     for contact in system.contacts:
         touch, slip, stick = (

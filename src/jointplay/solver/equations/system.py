@@ -53,8 +53,8 @@ class Contact:
     where u itself is not smooth along a motion; `push` what is watched in the place of F_n, of the same sign
     where u > 0. `entry` gives speeds their new values where contact begins, `exit` where it ends; `rates` are
     what they gain a second, as forces on them, while it lasts. Corners of a slider have a `face` in common.
-    One that `latches` has another u while it lasts, by the solved force of `traction`. The force of friction
-    acts along T, or `acts_along` where its sign is a switch's, which slides where v_t is kept at 0.
+    The force of friction acts along T, or `acts_along` where its sign is a switch's, which slides where v_t
+    is kept at 0.
     """
 
     name: str
@@ -76,7 +76,6 @@ class Contact:
     exit: dict[Symbol, Expr] = field(default_factory=dict)
     rates: dict[Symbol, Expr] = field(default_factory=dict)
     face: str = ""
-    latches: bool = False
     acts_along: tuple[Expr, ...] = ()
 
     @property

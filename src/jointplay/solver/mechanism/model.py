@@ -82,6 +82,11 @@ class Model:
     guesses: int = 0
 
     @property
+    def followers(self) -> int:
+        """How many of the last states no tangent has a part in: memories of laws, and modes."""
+        return self.memories + len(self.modes)
+
+    @property
     def outputs(self) -> tuple[str, ...]:
         """Names of the outputs of a test system, which are recorded beside its own states."""
         return self.states[len(self.state) :]

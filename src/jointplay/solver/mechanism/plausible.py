@@ -358,7 +358,7 @@ def _endless(system: Any) -> Iterator[Problem]:
     touched |= {name for each in flat.friction for name in parse(each.speed).names}
     if flat.contacts or flat.impacts:
         touched |= {*speeds[: len(positions)]}
-    for name in flat.rates.keys() - touched - system.modes.keys():
+    for name in flat.rates.keys() - touched - {*system.kept}:
         text = flat.rates[name]
         if parse(text).names <= system.numbers.keys() and number(text, system.numbers):
             rate = f"({text})" if parse(text).parts else text

@@ -53,7 +53,8 @@ COARSENESS = 16  # of the last step (coarse_steps)
 H_EXCITED = 17  # longest step that follows modes that grow (excited)
 GROWTH = 18  # given: rate from which on such a mode is followed, 1/s; 0: none is
 REBOUND_ERROR = 19  # given: speed by which rebounds left out may be wrong, as the wall turns meanwhile
-NUMBERS = 20
+FARTHEST = 20  # of the section's quantity from its level
+NUMBERS = 21
 # Tags of log rows (floats, as their rows), and where their columns begin
 STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW, COARSE_ROW = map(float, Row)
 DRIVE, JOINTS = 0, 1  # places of the drive's and the joints' work among the integrals of a linkage

@@ -22,7 +22,7 @@ FREE, RELEASED, SLIP_POSITIVE, SLIP_NEGATIVE, STICK, CONTACT, RESTING = Mode.num
 IN_FLIGHT, SLIPPING, STICKING = Variant.numbers()
 ENTRY, SEPARATION, REOPENING, SLIP_REVERSAL, STICK_ONSET, SLIP_ONSET, IMPACT, REST = Event.numbers()
 GAP, FORCE, SLIDE, CONE = range(4)
-PULLS, STICKS, REMEMBERS, SHARES, LATCHES, SWITCHES, FORCELESS = 1, 2, 4, 8, 16, 32, 64
+PULLS, STICKS, REMEMBERS, SHARES, SWITCHES, FORCELESS = 1, 2, 4, 8, 16, 32
 
 
 @compiled
@@ -148,10 +148,10 @@ def _loosen(contacts, except_for, flags, modes, fired, m, s, p, speed_tolerance,
 def follow(contacts, j, guard, flags, modes, fired, m, s, p, speed_tolerance, out):
     """Change modes after a guard of contact j fired at the base point; give back the kind of event.
 
-    `fired` takes the multiplicity with which guards start at zero; what latches is watched elsewhere then.
+    `fired` takes the multiplicity with which guards start at zero.
     """
     before, kind = modes[j], SEPARATION
-    fired[4 * j + guard] = 0 if flags[j] & LATCHES else 1
+    fired[4 * j + guard] = 1
     gone = not flags[j] & PULLS and guard in (GAP, FORCE)
     if gone and guard == GAP:  # the force may end with the gap
         contact_numbers(contacts, modes, m, s, p, out)

@@ -8,7 +8,8 @@ Sections: the states in which a motion passes a level of some quantity, apart fr
 A crossing within a step is located as an event is, by a shorter step of the method itself; afterwards the
 whole step is brought back, so that looking does not change the motion. A level that moves on by a period at
 each crossing (the crank's angle, a turn on) is watched from one side only; any other from the side on which
-the quantity is. A jump across the level, as of a force at contact, is a crossing at the event.
+the quantity is, and is passed where the quantity goes beyond it by more than rounding: what rests at it does
+not. A jump across the level, as of a force at contact, is a crossing at the event.
 
 Coarse steps: steps whose recorded rates may be off are noted, and retaken in shorter ones (retake).
 """
@@ -20,6 +21,7 @@ from .memory import (
     COARSE_ROW,
     COARSENESS,
     COLUMNS,
+    FARTHEST,
     LEVEL,
     LEVELS_PASSED,
     LOGGED,
@@ -29,7 +31,7 @@ from .memory import (
     SECTIONS,
     T_SECTION,
 )
-from .modes import FREE, GAP
+from .modes import FREE, GAP, RELEASED, STICK
 from .polynomial import (
     TO_ROUNDING,
     basis,
@@ -44,6 +46,9 @@ from .radau import COLLOCATION, ERROR, GAMMA, NODES
 from .step import keep
 
 SECTIONS_A_STEP = 8
+# Tolerated errors of the farthest from the level: what goes less beyond it touches; if held, it rests there
+PASSED, HELD = 1.0, 1e3
+CONSTANT = 1e-12  # of the level: roundings of a quantity that lies there
 _, _, BY_EVENT = Section.numbers()
 
 KEPT = 0.5  # share of a decay that the polynomial keeps at most, soon after the step's beginning
@@ -147,21 +152,41 @@ def next_crossing(w, row, multiplicity, b, stack, level, after, side):
 
 
 @inner
+def _held(motion):
+    """Whether a contact sticks, or a body rests on a wall: it keeps some quantity at a value."""
+    for j in range(len(motion.modes)):
+        if motion.modes[j] == STICK or (j >= len(motion.flags) and motion.modes[j] > RELEASED):
+            return True
+    return False
+
+
+@inner
 def sections(functions, variant, work, motion, options, h, end):
     """Level crossings within the step, up to the place `end`; each is located by a step of its own."""
     count, real, at = motion.count, motion.real, 8 * (options.first + 1)
     row, place = options.guards + len(motion.fired), -1.0
     whole = 0 * options.n  # no root is divided out; a variable, for the reason that interface gives
     none = whole - 1  # it is no guard's row
+    away, tolerance = 0.0, motion.relative[options.n_q]
+    for i in range(8):
+        away = max(away, abs(work.w[8 * row + i] - real[LEVEL]))
+    real[FARTHEST] = max(real[FARTHEST], away)
+    if away <= CONSTANT * abs(real[LEVEL]) or (away < HELD * tolerance * real[FARTHEST] and _held(motion)):
+        return
     if count[SECTION_SIDE] == 0:
         ahead = options.period == 0.0 and (work.w[8 * row + 7] - real[LEVEL]) * options.direction >= 0.0
         count[SECTION_SIDE] = options.direction if ahead else -options.direction
     for _ in range(SECTIONS_A_STEP):
         after = place if options.period == 0.0 else -1.0
         level = real[LEVEL] + count[LEVELS_PASSED] * options.period * options.direction  # a sum would drift
-        place = next_crossing(work.w, row, whole, work.b, work.stack, level, after, count[SECTION_SIDE])
+        side = count[SECTION_SIDE]
+        place = next_crossing(work.w, row, whole, work.b, work.stack, level, after, side)
         if place > end or (options.stop_after and count[SECTIONS] >= options.stop_after):
             return
+        if options.period == 0.0:
+            beyond = level - side * PASSED * tolerance * real[FARTHEST]
+            if next_crossing(work.w, row, whole, work.b, work.stack, beyond, -1.0, side) > end:
+                return
         later = motion.s[0] + place * h - real[T_SECTION]
         if count[SECTION_SIDE] == -options.direction and later > 1e-3 * options.chatter_time:
             keep(work.w, at, work.whole)

@@ -162,7 +162,7 @@ class _Writer:
         self.names |= {each.name: sliding_share(each) for each in structure.switches if each.slides}
         for each in structure.switches:
             if not each.slides:
-                self.switches[each.name] = self._switch(each)
+                self.switches[each.name] = self.moving(each.on)
 
     def system(self) -> System:
         """All of the equations."""
@@ -229,11 +229,11 @@ class _Writer:
         argument = argument.xreplace(NUMBERS)
         if not argument.free_symbols & {TIME, *self.q, *self.z, *self._waves}:
             return side(argument)
-        for name, (on, _) in self.switches.items():
+        for name, on in self.switches.items():
             if argument in (on, -on):
                 return (2 * _mode(name) - 1) * (1 if argument == on else -1)
         name = "fold" if "fold" not in self.names else f"fold{len(self.switches)}"
-        self.switches[name], self.names[name] = (argument, None), _mode(name)
+        self.switches[name], self.names[name] = argument, _mode(name)
         return 2 * _mode(name) - 1
 
     @property
@@ -261,15 +261,11 @@ class _Writer:
         self.angles.append(Angle(f"phase{len(self.angles)}", None, rate, offset))
         return self.angles[-1]
 
-    def _switch(self, given: Switch) -> tuple[Expr, Expr | None]:
-        return self.moving(given.on), self.moving(given.off) if given.off else None
-
     def _watched(self, name: str, force: tuple[Expr, ...]) -> Contact:
         """The contact without a force that a switch is."""
-        on, off = self.switches[name]
+        on = self.switches[name]
         rate = self._rate(on) + sum((on.diff(z) * f for z, f in zip(self.z, force, strict=True)), _NONE)
-        u = on if off is None else (1 - _mode(name)) * on - _mode(name) * off
-        return Contact(name, u, rate, _ONE, (_NONE,) * len(self.z), latches=off is not None)
+        return Contact(name, on, rate, _ONE, (_NONE,) * len(self.z))
 
     def _touch(self, given: Touch) -> Contact:
         u = self.moving(given.depth)

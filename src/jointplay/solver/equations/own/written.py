@@ -50,14 +50,13 @@ class Rubbing:
 
 @dataclass(frozen=True)
 class Switch:
-    """A number, `name`, that is 1 from where `on` rises through zero to where `off` does; else 0.
+    """A number, `name`, that is 1 where `on` is above zero; else 0.
 
     One that `slides` is between them where both push towards the zero of `on`.
     """
 
     name: str
     on: str
-    off: str = ""
     slides: bool = False
 
 

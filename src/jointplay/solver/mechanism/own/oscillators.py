@@ -67,7 +67,7 @@ def model(system: System, initial: Any = None, section: str | None = None) -> Mo
         crank_speed=rate,
         forward=1 if rate >= 0 else -1,
         resets=tuple(module.RESETS),
-        modes=tuple(system.modes),
+        modes=system.kept,
     )
 
 

@@ -5,12 +5,15 @@ Test systems of the catalog are such systems.
 A system with modes is in one of them at a time. Each mode is a state, 1 in the mode and 0 in the others, that
 nothing changes but jumps: the way from mode m to n is a jump where m g + 1 - m falls through zero, g being
 its guard. So a state of the motion says in which mode it is, wherever that is continued, and saltation at a
-change of modes is that of a jump.
+change of modes is that of a jump. A switch s with two thresholds, which remembers, is such a state too: it
+jumps to 1 where s - (1 - s) g falls through zero, g being its `on`, and to 0 where 1 - s - s h does, h its
+`off`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any, Self, TypeVar
 
 from pydantic import Field, model_validator
@@ -136,11 +139,36 @@ class System(Record):
         return {key: float(value) for key, value in self.parameters.items() if not isinstance(value, bool)}
 
     def flat(self, masked: bool = True) -> Self:
-        """The system with states and jumps in the place of modes; `masked` False: with guards as given."""
-        if not self.modes:
+        """The system with states and jumps in the place of modes, and of switches that remember.
+
+        With guards as given where `masked` is False; else they act in their mode alone.
+        """
+        if not (kept := self.kept):
             return self
-        tables = flat(self.modes, self.states, self.rates, masked)
-        return self.model_copy(update=tables | {"jumps": self.jumps + tables["jumps"]})
+        modes, states = self.modes, {name: text for name, text in self.states.items() if name not in kept}
+        begun = dict.fromkeys(modes, "0") | (
+            {} if modes.keys() & self.states else dict.fromkeys([*modes][:1], "1")
+        )
+        begun |= {each.name: _start(each, self) for each in self.latches}
+        rates = {name: _moving(text, kept) for name, text in self.rates.items()}
+        tables = {
+            "modes": {},
+            "states": states | begun | {name: self.states[name] for name in kept if name in self.states},
+            "rates": rates | dict.fromkeys(kept, "0"),
+            "switches": tuple(each for each in self.switches if each not in self.latches),
+            "jumps": (*self.jumps, *_ways(modes, masked), *_turns(self.latches, masked)),
+        }
+        return self.model_copy(update=tables)
+
+    @property
+    def latches(self) -> tuple[Switch, ...]:
+        """Switches that remember, with two thresholds."""
+        return tuple(each for each in self.switches if each.off is not None and not each.slides)
+
+    @property
+    def kept(self) -> tuple[str, ...]:
+        """Names of states that events alone change: modes, and switches that remember."""
+        return (*self.modes, *(each.name for each in self.latches))
 
     @property
     def order(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -197,7 +225,7 @@ class System(Record):
             period=self.forcing or "",
             contacts=_written(written.Touch, contacts),
             friction=_written(written.Rubbing, self.friction),
-            switches=_written(written.Switch, self.switches),
+            switches=tuple(written.Switch(each.name, each.on, each.slides) for each in flat.switches),
             impacts=_written(written.Wall, self.impacts),
             jumps=_written(written.Trigger, flat.jumps),
             outputs=tuple(self.outputs.items()),
@@ -276,24 +304,12 @@ class System(Record):
         )
 
 
-def flat(modes: Modes, states: Mapping[str, str], rates: Mapping[str, str], masked: bool) -> dict[str, Any]:
-    """States and rates with the modes', and jumps between modes; `masked`: guards act in their mode alone."""
-    begun = {mode: text for mode, text in states.items() if mode in modes} or {next(iter(modes)): "1"}
-    own = {name: text for name, text in states.items() if name not in modes}
-    return {
-        "modes": {},
-        "states": own | {mode: begun.get(mode, "0") for mode in modes},
-        "rates": {name: _moving(text, modes) for name, text in rates.items()} | dict.fromkeys(modes, "0"),
-        "jumps": tuple(_jumps(modes, masked)),
-    }
-
-
-def _moving(rate: str, modes: Modes) -> str:
+def _moving(rate: str, kept: Collection[str]) -> str:
     """A rate as it stands; of a mode's bare name a product, since a mode is no position's speed."""
-    return f"1*{rate}" if parse(rate).value in modes else rate
+    return f"1*{rate}" if parse(rate).value in kept else rate
 
 
-def _jumps(modes: Modes, masked: bool) -> Iterator[Jump]:
+def _ways(modes: Modes, masked: bool) -> Iterator[Jump]:
     for mode, exits in modes.items():
         for i, each in enumerate(exits):
             again = sum(other.to == each.to for other in exits[:i])
@@ -301,6 +317,33 @@ def _jumps(modes: Modes, masked: bool) -> Iterator[Jump]:
             guard = f"{mode}*({each.guard}) + 1 - {mode}" if masked else each.guard
             target = {each.to: "1"} if each.to in modes else {}
             yield Jump(name=name, guard=guard, jump={**each.jump, mode: "0", **target})
+
+
+def _turns(latches: Iterable[Switch], masked: bool) -> Iterator[Jump]:
+    """Jumps of switches that remember, two of each."""
+    for each in latches:
+        s, on, off = each.name, f"-({each.on})", f"-({each.off})"
+        on, off = (f"{s} + (1 - {s})*({on})", f"1 - {s} + {s}*({off})") if masked else (on, off)
+        yield Jump(name=f"{s}_on", guard=on, jump={s: "1"})
+        yield Jump(name=f"{s}_off", guard=off, jump={s: "0"})
+
+
+def _start(latch: Switch, system: System) -> str:
+    """A switch that remembers at time 0: 1 but where it is to be off, by what is known then."""
+    known = {**system.states, "t": "0"}
+    begun = {
+        each.name: f"0.5 + 0.5*sign({each.on if each.off is None else f'-({each.off})'})"
+        for each in system.switches
+    }
+    known = begun | known
+    text = latch.off
+    for _ in range(3):  # of switches that hang on others
+        text = re.sub(
+            r"[A-Za-z]\w*",
+            lambda name: f"({known.get(name[0], name[0])})" if name[0] in known else name[0],
+            text,
+        )
+    return f"0.5 - 0.5*sign({text})"
 
 
 def _written(kind: Callable[..., T], parts: Iterable[Record]) -> tuple[T, ...]:

@@ -78,6 +78,8 @@ class Rubbing(Record):
 class Switch(Record):
     """A number, 0 or 1, in the equations: 1 from where ``on`` rises through zero until ``off`` does.
 
+    With both it is a state too, which begins at 1 where ``off`` is not above zero, unless it is given.
+
     Parameters
     ----------
     name : str

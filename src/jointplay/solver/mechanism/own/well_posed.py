@@ -45,6 +45,11 @@ def problems(system: System) -> list[Problem]:
     told = system.flags, [*system.parameters], system.states, system.model_dump_json(exclude=others)
     equations = repr(told)
     found = [*_of_modes(system)] if system.modes else []
+    for i, each in enumerate(system.switches):
+        if each.name in system.rates:
+            found.append(
+                Problem(f"switches[{i}].name", each.name, "another name is accepted: this one is a state's")
+            )
     if found or equations not in _right:  # else it differs by numbers alone, as the cells of a sweep do
         flat = system.flat(masked=False)
         found += [_under_modes(system, each) for each in _of_the_equations(flat)]
@@ -105,11 +110,21 @@ def one_mode(modes: Collection[str]) -> str:
 
 
 def _under_modes(system: System, problem: Problem) -> Problem:
-    """A problem of the flat system, with the key that its modes are given by."""
+    """A problem of the flat system, with the key that its modes and switches are given by."""
     key, own = problem.key, len(system.jumps)
+    latches = [i for i, each in enumerate(system.switches) if each in system.latches]
+    others = [i for i in range(len(system.switches)) if i not in latches]
     places = [f"modes.{mode}[{i}]" for mode, exits in system.modes.items() for i in range(len(exits))]
-    if (found := re.match(r"jumps\[(\d+)\](\.name$)?", key)) and int(found[1]) >= own:
-        key = places[int(found[1]) - own] + key[found.end() :]
+    if found := re.match(r"switches\[(\d+)\]", key):
+        key = f"switches[{others[int(found[1])]}]{key[found.end() :]}"
+    elif (found := re.match(r"jumps\[(\d+)\](\.name$)?", key)) and int(found[1]) >= own:
+        at = int(found[1]) - own
+        which, way = divmod(at - len(places), 2)
+        key = (
+            f"switches[{latches[which]}].{('on', 'off')[way]}"
+            if which >= 0
+            else places[at] + key[found.end() :]
+        )
     elif key in {f"states.{mode}" for mode in system.modes}:
         key = key.replace("states", "modes")
     return replace(problem, key=key)
@@ -337,10 +352,11 @@ class _Here:
     def __init__(self, system: System) -> None:
         names = [name for group in system.order for name in group]
         self.names = dict(zip(names, system.initial, strict=True))
-        self.names |= {**system.numbers, "t": 0.0} | {each.name: 0.0 for each in system.switches}
+        self.names |= {each.name: 0.0 for each in system.switches} | self.names | {**system.numbers, "t": 0.0}
         for i, each in enumerate(system.switches):
             try:
-                self.names[each.name] = float(self(each.on) > 0)
+                if each not in system.latches:
+                    self.names[each.name] = float(self(each.on) > 0)
             except InputError as error:
                 raise error.under(f"switches[{i}].on") from None
 
