@@ -48,11 +48,7 @@ def _drawn(given: Any) -> Dataset | Mechanism | list[Dataset]:
 
 @checked()
 def draw(
-    dataset: Annotated[
-        Any,
-        PlainValidator(_drawn),
-        accepts("a result, a list of results or a mechanism"),
-    ],
+    dataset: Annotated[Any, PlainValidator(_drawn), accepts("a result, a list of results or a mechanism")],
     options: Annotated[dict[str, Any] | None, accepts("a table of options")] = None,
     /,
     **named: Any,

@@ -483,11 +483,7 @@ _RULES = {
 
 
 def peaks(
-    mechanism: Mechanism,
-    *,
-    turns: int = 10,
-    rtol: float = 1e-8,
-    max_steps: int | None = None,
+    mechanism: Mechanism, *, turns: int = 10, rtol: float = 1e-8, max_steps: int | None = None
 ) -> dict[str, Any]:
     """Follow a motor-driven linkage and take the peaks of its response, at joint B and in the coupler.
 

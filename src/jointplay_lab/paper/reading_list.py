@@ -152,10 +152,7 @@ READINGS: dict[str, Reading] = {
 
 
 def coarse_section(
-    mechanism: Mechanism | TestSystem,
-    step: float | None,
-    turns: int,
-    transient: int = 0,
+    mechanism: Mechanism | TestSystem, step: float | None, turns: int, transient: int = 0
 ) -> dict[str, np.ndarray]:
     """Cut a motion that is followed by fixed steps at the crank angle of its start, once a turn.
 

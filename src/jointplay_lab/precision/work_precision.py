@@ -218,11 +218,7 @@ def dataset(
     cells = [[_values(row, turns) for row in of[name]] for name in methods]
     values = {name: np.array([[one[name] for one in row] for row in cells]) for name in RUNS}
     levels = [[time_at(of[method], level) / turns for level in LEVELS] for method in methods]
-    values |= {
-        "solver": np.array(methods),
-        "rtol": np.array(tolerances),
-        "error_level": np.array(LEVELS),
-    }
+    values |= {"solver": np.array(methods), "rtol": np.array(tolerances), "error_level": np.array(LEVELS)}
     values |= {"cpu_time_at_error": np.array(levels), "status": STATUS.index(truth.outcome.status)}
     by, difference = confirming(of)
     values |= {"truth_own_difference": truth.own_difference, "truth_difference": difference}

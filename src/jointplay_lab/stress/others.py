@@ -173,10 +173,7 @@ def preset(random: Random, name: str, laws: tuple[str, str]) -> tuple[Mechanism,
     """Draw a mechanism of the catalog, and its crank's starting angle, and speed where nothing drives it."""
     make, loose, carried = PRESETS[name]
     clearance = ranges.logarithmic(random, (ranges.CLEARANCE[0], 1e-3))
-    contact = {
-        "stiffness": ranges.logarithmic(random, ranges.STIFFNESS),
-        "damping": ranges.damping(random),
-    }
+    contact = {"stiffness": ranges.logarithmic(random, ranges.STIFFNESS), "damping": ranges.damping(random)}
     friction = ranges.even(random, ranges.FRICTION)
     speed = ranges.logarithmic(random, ranges.TURNING)
     heavier = ranges.logarithmic(random, ranges.MASS)
@@ -206,11 +203,7 @@ def _sized(random: Random, link: Link, heavier: float) -> dict[str, Any]:
         at, mass = -ranges.even(random, (0.1, 1.0)) * link.length, ranges.even(random, (0.01, 1.0))
         size |= {"masses": ({"at": at, "mass": mass * size["mass"]},)}
     if link.elastic:
-        drawn = {
-            "modulus": ranges.logarithmic(random, ranges.MODULUS),
-            "area": None,
-            "second_moment": None,
-        }
+        drawn = {"modulus": ranges.logarithmic(random, ranges.MODULUS), "area": None, "second_moment": None}
         drawn |= {"damping_ratio": ranges.even(random, ranges.DAMPING_RATIO)}
         size |= {"beam": dict(link.beam) | drawn}
     return size

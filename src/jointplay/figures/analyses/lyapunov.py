@@ -11,10 +11,7 @@ from jointplay.display.number_text import plain, with_error
 from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select, style
 from jointplay.figures.registry import picture
 
-PER = {
-    "turn": ("Lyapunov exponent per turn", "Turns"),
-    "second": ("Lyapunov exponent (1/s)", "Time (s)"),
-}
+PER = {"turn": ("Lyapunov exponent per turn", "Turns"), "second": ("Lyapunov exponent (1/s)", "Time (s)")}
 LIMIT = 0.32  # of the correlation of batch means: above it, batches are too short for their error bar
 ERRORS = 3  # standard errors by which an exponent differs from 0
 WIDE = 10.0  # ratio of the largest to the smallest exponent, from which the axis is logarithmic

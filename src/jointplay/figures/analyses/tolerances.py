@@ -159,11 +159,7 @@ def _scatter(ax: Axes, dataset: Dataset, event: str, order: list[int]) -> None:
     x, y = (values[:, i] * unit.factor for i, unit in zip(pair, units, strict=True))
     for word, colour in COLOURS.items():
         if (own := words == word).any():
-            look = {
-                "linestyle": "none",
-                "markersize": 2.6,
-                "markeredgewidth": 0.8 * (word == "failed"),
-            }
+            look = {"linestyle": "none", "markersize": 2.6, "markeredgewidth": 0.8 * (word == "failed")}
             ax.plot(x[own], y[own], MARKERS[word], color=colour, label=_label(word, event), **look)
     if edge and names[pair[0]] == along:
         firsts = [str(name).partition(" + ")[0] for name in dataset["factor"].values]

@@ -157,8 +157,7 @@ def dress(bottom: Axes, top: Axes, shown_bases: list[Base], loc: str = "center")
         return
     under, over = shown_bases
     second = top.secondary_xaxis(
-        "top",
-        functions=(lambda x: over.forward(under.inverse(x)), lambda x: under.forward(over.inverse(x))),
+        "top", functions=(lambda x: over.forward(under.inverse(x)), lambda x: under.forward(over.inverse(x)))
     )
     second.set_xlabel(over.label, loc=loc)
     second.xaxis.set_major_locator(MaxNLocator(FEW, steps=[1, 2, 2.5, 5, 10]))

@@ -93,11 +93,7 @@ def time_history(
 
 
 def history_column(
-    axes: Sequence[Axes],
-    pane: timebase.Pane,
-    arrays: Sequence[DataArray],
-    base: timebase.Base,
-    rows: dict,
+    axes: Sequence[Axes], pane: timebase.Pane, arrays: Sequence[DataArray], base: timebase.Base, rows: dict
 ) -> None:
     """Draw variables, and events below, in one stretch of time."""
     times = pane.samples["time"].values
