@@ -4,6 +4,7 @@ Display units: the one table from the units of a file (SI, UDUNITS spelling) to 
 """
 
 import math
+import re
 from collections.abc import Sequence
 from decimal import Decimal
 from typing import Any, NamedTuple
@@ -29,17 +30,7 @@ TABLE = {
     "W": (("W", 1.0, 0.0),),
     "Pa": (("MPa", 1e-6, 1e5), ("kPa", 1e-3, 0.0)),
 }
-SPELLINGS = {
-    "rad/s": "rad s-1",
-    "rad/s2": "rad s-2",
-    "rad/s^2": "rad s-2",
-    "m/s": "m s-1",
-    "m/s2": "m s-2",
-    "m/s^2": "m s-2",
-    "N.m": "N m",
-    "degree": "deg",
-    "degrees": "deg",
-}
+POWERS = str.maketrans("²³⁴", "234")
 
 
 def with_error(value: float, error: float) -> str:
@@ -117,6 +108,15 @@ def listed(names: Sequence[str], most: int, last: str = " and ") -> str:
     return ", ".join(names[:most]) + more
 
 
+def cf_units(units: str) -> str:
+    """Units of the records (``N/m``, ``kg m²``) as units of datasets (``N m-1``, ``kg m2``)."""
+    above, _, below = units.translate(POWERS).partition("/")
+    lowered = (
+        re.sub(r"^(\D+)(\d*)$", r"\1-\2", unit) + "1" * unit.isalpha() for unit in below.strip("()").split()
+    )
+    return " ".join([above, *lowered])
+
+
 class Shown(NamedTuple):
     """A unit on an axis: its symbol, and the factor from stored values to it."""
 
@@ -128,12 +128,12 @@ def shown(values, units: str) -> Shown:
     """Choose the display unit of `values`, stored in `units`; units outside the table are shown as stored."""
     import numpy as np
 
-    units = SPELLINGS.get(units, units)
-    if units not in TABLE:
+    known = cf_units(units.replace("^", ""))
+    if known not in TABLE:
         return Shown(PLAIN.get(units, units), 1.0)
     magnitudes = np.abs(np.asarray(values, dtype=float))
     largest = np.max(magnitudes, initial=0.0, where=np.isfinite(magnitudes))
-    symbol, factor, _ = next(row for row in TABLE[units] if largest >= row[2])
+    symbol, factor, _ = next(row for row in TABLE[known] if largest >= row[2])
     return Shown(symbol, factor)
 
 

@@ -8,7 +8,7 @@ import pytest
 from jointplay import catalog
 from jointplay.analysis.vary import axes
 from jointplay.display.errors import InputError
-from jointplay.solver.mechanism.parameters import cf_units
+from jointplay.display.number_text import cf_units
 from tests.support.wrong import refused
 
 LINKAGE = catalog.chunmei2002(clearance={"B": 2.9e-5, "C": 1e-5}, gear_ratio=3.0)

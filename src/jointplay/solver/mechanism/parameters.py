@@ -18,6 +18,7 @@ from pydantic.fields import FieldInfo
 
 from jointplay.display.accepted import bounds_of, units_of
 from jointplay.display.errors import InputError, Problem, join, unknown
+from jointplay.display.number_text import cf_units
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.equations.quantity import Quantity
@@ -32,7 +33,6 @@ from jointplay.solver.mechanism.paths import below, is_path, part_at, parts_of, 
 from jointplay.solver.mechanism.records import Contact, Friction, Mechanism, TestSystem
 
 NAMED = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
-_POWERS = str.maketrans("²³⁴", "234")
 EXAMPLE = "joints.B.contact.stiffness"
 INITIAL = "initial."  # before the name of a state at the start, where that is varied like a parameter
 # tuples of named records, and what each holds
@@ -223,12 +223,3 @@ def _called(what: str, name: str) -> str:
     """A part by its name: the coupler, joint B, load press."""
     thing = what in (PARTS["links"], PARTS["masses"]) and re.fullmatch("[a-z]{2,}", name)
     return f"the {name}" if thing else f"{what} {name.strip('[]')}"
-
-
-def cf_units(units: str) -> str:
-    """Units of the records (``N/m``, ``kg m²``) as units of datasets (``N m-1``, ``kg m2``)."""
-    above, _, below = units.translate(_POWERS).partition("/")
-    lowered = (
-        re.sub(r"^(\D+)(\d*)$", r"\1-\2", unit) + "1" * unit.isalpha() for unit in below.strip("()").split()
-    )
-    return " ".join([above, *lowered])
