@@ -23,7 +23,7 @@ from pydantic import AfterValidator
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.keywords import Motion, Moving, Rtol, analysis, several
-from jointplay.analysis.labels import Out, along
+from jointplay.analysis.labels import Out
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
 from jointplay.display.errors import raise_any, refuse, with_keys
@@ -35,7 +35,7 @@ from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.motion.trajectory import MAX_STEPS, Records, Request, follow
 from jointplay_lab.paper.fixed_steps import step_bound, too_long
-from jointplay_lab.scheme.scheme import Pass, Scheme, State
+from jointplay_lab.scheme.scheme import Scheme, State
 from jointplay_lab.scheme.waveform import Grid, elastic_mechanism
 
 LOST = 0.1  # a window whose last pass changes by more is no answer to go on from
@@ -57,40 +57,8 @@ def answer(dataset: xr.Dataset) -> str:
     )
 
 
-VARIABLES = {  # by their dimensions beside the case
-    ("windows_per_turn", "pass"): {
-        "pass_change": Out((), "relative change from the pass before", about="inf for the first"),
-        "pass_deflection_error": Out(
-            (), "largest error of a deflection after a pass, relative to the largest"
-        ),
-        "pass_angle_error": Out((), "largest error of a link angle after a pass", "rad"),
-        "pass_force_error": Out(
-            (), "error of the forces at ideal joints after a pass, root mean square, relative"
-        ),
-    },
-    ("windows_per_turn",): {
-        "converged": Out((), "whether the passes agree in every window"),
-        "reached": Out((), "part of the turn up to the first window whose passes do not settle at all"),
-        "mean_passes": Out((), "passes done, mean of the windows"),
-        "contraction": Out((), "median ratio of successive changes"),
-    },
-    ("step",): {
-        "scheme_error": Out((), "largest error of a deflection by the scheme, relative to the largest"),
-        "scheme_run_time": Out((), "run time of a turn by the scheme", "s"),
-    },
-    ("tolerance",): {
-        "monolithic_error": Out((), "largest error of a deflection, all unknowns at once, relative"),
-        "monolithic_run_time": Out((), "run time of a turn, all unknowns at once", "s"),
-    },
-    (): {
-        "windows_used": Out(
-            (),
-            "windows per turn of the timed runs: the fewest tried, or if they fail those with fewest passes",
-        ),
-        "order_difference": Out((), "largest difference of a deflection with all inertia terms, relative"),
-        "largest_deflection": Out((), "largest deflection of the turn", "m"),
-    },
-}
+PASS = ("case", "windows_per_turn", "pass")
+WINDOW, STEP, SOLVED = (("case", dim) for dim in ("windows_per_turn", "step", "tolerance"))
 OUTPUTS = Outputs(
     "scheme_comparison",
     {
@@ -102,8 +70,33 @@ OUTPUTS = Outputs(
         "step": Out("step", "longest step of the scheme", "s"),
         "tolerance": Out("tolerance", "relative tolerance of the monolithic method"),
     },
-    {name: out for dims, outs in VARIABLES.items() for name, out in along(outs, "case", *dims).items()}
-    | {"status": Out((), "how the study ended", flags=STATUS)},
+    {
+        "pass_change": Out(PASS, "relative change from the pass before", about="inf for the first"),
+        "pass_deflection_error": Out(
+            PASS, "largest error of a deflection after a pass, relative to the largest"
+        ),
+        "pass_angle_error": Out(PASS, "largest error of a link angle after a pass", "rad"),
+        "pass_force_error": Out(
+            PASS, "error of the forces at ideal joints after a pass, root mean square, relative"
+        ),
+        "converged": Out(WINDOW, "whether the passes agree in every window"),
+        "reached": Out(WINDOW, "part of the turn up to the first window whose passes do not settle at all"),
+        "mean_passes": Out(WINDOW, "passes done, mean of the windows"),
+        "contraction": Out(WINDOW, "median ratio of successive changes"),
+        "scheme_error": Out(STEP, "largest error of a deflection by the scheme, relative to the largest"),
+        "scheme_run_time": Out(STEP, "run time of a turn by the scheme", "s"),
+        "monolithic_error": Out(SOLVED, "largest error of a deflection, all unknowns at once, relative"),
+        "monolithic_run_time": Out(SOLVED, "run time of a turn, all unknowns at once", "s"),
+        "windows_used": Out(
+            "case",
+            "windows per turn of the timed runs: the fewest tried, or if they fail those with fewest passes",
+        ),
+        "order_difference": Out(
+            "case", "largest difference of a deflection with all inertia terms, relative"
+        ),
+        "largest_deflection": Out("case", "largest deflection of the turn", "m"),
+        "status": Out((), "how the study ended", flags=STATUS),
+    },
     answer,
 )
 COMPARED = ("deflection", "angle", "reaction")
@@ -197,7 +190,8 @@ def _passes(case: Case, windows: int, plan: Plan) -> dict[str, Any]:
         w, p = visit.window, visit.number
         where = slice(w * kept + (w > 0), (w + 1) * kept + 1)
         part = visit.done.thinned(grid.every, first=w == 0)
-        measured = truth.errors(of_pass(scheme, part), where) if visit.done.finite else np.inf
+        own = described(scheme.quantities(part.rows, part.loads), deflection=part.deflection)
+        measured = truth.errors(own, where) if visit.done.finite else np.inf
         table[w, p:, 0], table[w, p:, 1:] = visit.change, measured  # a window that is done keeps its last
         done[w] = p + 1
         if visit.last and visit.change > LOST:
@@ -417,11 +411,6 @@ def described(quantities: Quantities, **own: np.ndarray) -> dict[str, np.ndarray
     """The compared quantities of some rows; quantities that the rows do not have are given."""
     names = [name for name in COMPARED if name not in own]
     return {name: each[1] for name, each in quantities.variables(names, "time").items()} | own
-
-
-def of_pass(scheme: Scheme, done: Pass) -> dict[str, np.ndarray]:
-    """The compared quantities of a pass."""
-    return described(scheme.quantities(done.rows, done.loads), deflection=done.deflection)
 
 
 def sample_times(model: Model, grid: Grid, windows: int) -> np.ndarray:

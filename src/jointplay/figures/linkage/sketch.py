@@ -65,10 +65,6 @@ class Sketch:
                 found[link.name].append(link.length)
         return {name: [min(ats, default=0.0), max(ats, default=0.0)] for name, ats in found.items()}
 
-    @cached_property
-    def _blocks(self) -> list[Joint]:
-        return [joint for joint in self.mechanism.clearance_joints if joint.prismatic]
-
     def draw(self, ax: Axes, pose: Pose, actions: bool = True) -> Artists:
         """Draw everything but names in a pose, drive and loads if `actions`; return the artists."""
         return [
@@ -85,7 +81,8 @@ class Sketch:
         fixed += [pin for spring in self.mechanism.springs for pin in spring.pins.values()]
         found = [pose.along(name, at) for pose in poses for name, ats in self.places.items() for at in ats]
         found += [np.array(pin.point) for pin in fixed if pin.link == GROUND]
-        blocks = [self.contacts(pose, joint) for pose in poses for joint in self._blocks]
+        sliding = [joint for joint in self.mechanism.clearance_joints if joint.prismatic]
+        blocks = [self.contacts(pose, joint) for pose in poses for joint in sliding]
         return np.concatenate([self.factor * np.array(found), *blocks])
 
     def frame(self, ax: Axes, poses: Sequence[Pose]) -> None:

@@ -9,7 +9,7 @@ from jointplay.display.errors import Problem, raise_any
 from jointplay.solver.equations.structure import CORNERS, Beam, Clearance, Closure, Linkage, Pin, Slide
 from jointplay.solver.mechanism.base import DOWNWARDS
 from jointplay.solver.mechanism.loops.dyads import Unknown
-from jointplay.solver.mechanism.loops.kinematic_chains import Forest, place_of
+from jointplay.solver.mechanism.loops.kinematic_chains import Forest
 from jointplay.solver.mechanism.parts import actions, stretch
 from jointplay.solver.mechanism.parts.beam import Link
 from jointplay.solver.mechanism.parts.friction import FRICTIONLESS
@@ -120,8 +120,8 @@ def _beam(link: Link, forest: Forest) -> Beam:
 
 def _slide(name: str, link: str, forest: Forest) -> Slide:
     place, base = forest.places[link], forest.base(link)
-    inner = place_of(forest.places, place.sides[0]).chain
-    return Slide(name, link, place.holder, place.chain, base.slides[name], tuple(base.arms), inner)
+    arms = tuple(base.arms)
+    return Slide(name, link, place.holder, place.chain, base.slides[name], arms, forest.inner(link))
 
 
 def _closure(joint: Joint, unknowns: tuple[Unknown, ...], forest: Forest) -> Closure:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.declared import Outputs
 from jointplay.display import codes
 from jointplay.display.errors import of_a_result, refuse
 from jointplay.display.number_text import measure, measured, plain
@@ -17,11 +18,6 @@ from jointplay.kinds import KINDS, load
 from jointplay.solver.mechanism.base import accepts
 from jointplay.solver.mechanism.signature import checked
 from jointplay.study.results.outcome import explain
-
-if TYPE_CHECKING:
-    from xarray import DataArray, Dataset
-
-    from jointplay.analysis.declared import Outputs
 
 NO_KINDS = {"growth": ".analysis.exponents.growth:OUTPUTS"}  # analyses that no study asks for
 
@@ -104,7 +100,7 @@ def answer(dataset: xr.Dataset) -> list[str]:
     return [f"{outputs.shown[name] or name}: {plain(float(dataset[name].max()))}"] if name else []
 
 
-def over_cells(dataset: Dataset, outputs: Outputs) -> str:
+def over_cells(dataset: xr.Dataset, outputs: Outputs) -> str:
     """Return failures, the words of the cells, and the ends of the number that the sweep shows."""
     dims = str(dataset.attrs["swept"]).split()
     lines, good = codes.failures(dataset, dims), (dataset["cell_status"] == 0).transpose(*dims).values
@@ -119,7 +115,7 @@ def over_cells(dataset: Dataset, outputs: Outputs) -> str:
     return "\n".join(lines or [f"{good.size} values, all ok"])
 
 
-def _ends(dataset: Dataset, outputs: Outputs, name: str, dims: list[str]) -> list[str]:
+def _ends(dataset: xr.Dataset, outputs: Outputs, name: str, dims: list[str]) -> list[str]:
     """A line on the smallest and the largest value of a number over the cells."""
     if not dataset[name].size:
         return []
@@ -136,7 +132,7 @@ def _ends(dataset: Dataset, outputs: Outputs, name: str, dims: list[str]) -> lis
     return [f"{title}: from {ends[0]} to {ends[1]}"]
 
 
-def _of_cells(array: DataArray, at: Mapping[str, Any], dims: list[str]) -> np.ndarray:
+def _of_cells(array: xr.DataArray, at: Mapping[str, Any], dims: list[str]) -> np.ndarray:
     """The number of each cell: at the entries named, else the largest; moduli of complex ones."""
     array = array.astype(float)
     if "part" in array.dims:

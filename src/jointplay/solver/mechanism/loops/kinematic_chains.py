@@ -143,20 +143,17 @@ class Forest:
                 fixed = [x + sign * part for x, part in zip(fixed, place.fixed, strict=True)]
                 for k, arm in place.arms.items():
                     arms[k] += sign * arm
-                root = self._sliding_root(place.chain)
+                root = next((k for k in self.slides.values() if self.places[k].chain == place.chain), None)
                 place = None
                 if root is not None:
                     base = self.base(root)
                     slides.update({name: sign * own for name, own in base.slides.items()})
-                    place = Place(base.arms, base.fixed, self._inner(root))
+                    place = Place(base.arms, base.fixed, self.inner(root))
         return Sum(
             {k: arm for k, arm in arms.items() if arm}, tuple(fixed), {k: n for k, n in slides.items() if n}
         )
 
-    def _sliding_root(self, chain: int | None) -> str | None:
-        return next((name for name in self.slides.values() if self.places[name].chain == chain), None)
-
-    def _inner(self, root: str) -> int | None:
+    def inner(self, root: str) -> int | None:
         """The chain in which the guide of a sliding link lies."""
         return place_of(self.places, self.places[root].sides[0]).chain
 
