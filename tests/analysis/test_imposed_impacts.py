@@ -11,7 +11,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
-from jointplay.solver.mechanism.catalog.preset_parts import four_bar_pins
+from jointplay.solver.mechanism.catalog.presets import four_bar_pins
 from jointplay.solver.mechanism.parts.courses import Harmonic
 from jointplay.solver.mechanism.records import ConstantSpeed, SpeedCycle, SpeedProfile
 from tests.support.driven_scenes import pinned

@@ -24,7 +24,7 @@ CRANK = {"lengths": (0.04, 0.16, 0.11, 0.17), "masses": (0.25, 0.6, 0.4), "speed
 def four_bar(lengths, masses, speed, play, inertias=None, friction=0.1):
     """A four-bar with play at the coupler's far end; slender bars where no inertia is given."""
     import jointplay as jp
-    from jointplay.solver.mechanism.catalog.preset_parts import four_bar_pins, joined
+    from jointplay.solver.mechanism.catalog.presets import four_bar_pins, joined
 
     names, (crank, coupler, rocker, ground) = ("crank", "coupler", "rocker"), lengths
     inertias = inertias or [m * size**2 / 12 for m, size in zip(masses, lengths, strict=False)]

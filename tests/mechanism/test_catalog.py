@@ -10,6 +10,7 @@ from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.catalog import presets, published
 from jointplay.solver.mechanism.own import systems
 from jointplay.solver.mechanism.records import Mechanism, MotorLine, TestSystem
+from jointplay.solver.mechanism.signature import Preset
 from tests.support.wrong import problems_of
 
 REQUIRED = {name: make.trial for name, make in catalog.NAMES.items() if make.trial}
@@ -217,7 +218,7 @@ def test_names_are_complete():
     assert isinstance(catalog.NAMES["chunmei2002"](), Mechanism)
     functions = [f for home in HOMES for f in vars(home).values() if inspect.isfunction(f)]
     here = [f for f in functions if f.__module__ in [home.__name__ for home in HOMES]]
-    public = {f.__name__: f for f in here if not f.__name__.startswith("_")}
+    public = {f.__name__: f for f in here if isinstance(f, Preset)}
     assert catalog.NAMES == public == {name: getattr(catalog, name) for name in public}
 
 

@@ -11,7 +11,7 @@ from jointplay.analysis.keywords import doubts
 from jointplay.cli import main
 from jointplay.display.errors import InputError, ModelWarning
 from jointplay.solver.mechanism import catalog, plausible
-from jointplay.solver.mechanism.catalog.preset_parts import four_bar_pins
+from jointplay.solver.mechanism.catalog.presets import four_bar_pins
 from jointplay.solver.mechanism.loops import ideal
 from jointplay.solver.mechanism.loops.ideal import ideal_state
 from jointplay.solver.mechanism.plausible import BRISK, FAST, HURRY, MAINS, SUNK, WIDE

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.solver.mechanism.catalog.preset_parts import four_bar_pins
+from jointplay.solver.mechanism.catalog.presets import four_bar_pins
 from jointplay.solver.mechanism.records import (
     Force,
     Harmonic,

@@ -3,8 +3,8 @@
 import numpy as np
 
 import jointplay as jp
-from jointplay.solver.mechanism.catalog import preset_parts
-from jointplay.solver.mechanism.catalog.preset_parts import fixed, four_bar_pins, on
+from jointplay.solver.mechanism.catalog import presets
+from jointplay.solver.mechanism.catalog.presets import fixed, four_bar_pins, on
 
 STEEL = 7850.0  # kg/m³
 USUAL = {"stiffness": 2e7, "damping": 600.0}  # N/m, N s/m
@@ -13,12 +13,12 @@ USUAL = {"stiffness": 2e7, "damping": 600.0}  # N/m, N s/m
 def linkage(lengths, section, pins, rpm, clearance, guides="", tip=None, guess=None, gravity=9.81, **laws):
     """A linkage of uniform bars (section in mm), whose crank turns at a constant speed; `tip` in kg."""
     width, thickness = section
-    links = preset_parts.bars(lengths, STEEL * width * thickness * 1e-6)
+    links = presets.bars(lengths, STEEL * width * thickness * 1e-6)
     if tip:
         links += (jp.Link(name="slider", length=0.02, mass=tip, centre=0.0, inertia=1e-4 * tip),)
     given = USUAL | {"radius": 0.008, "friction": 0.1} | laws
     law = jp.Contact(**given.pop("contact", USUAL))
-    joints = preset_parts.joined(pins, guides, **given)
+    joints = presets.joined(pins, guides, **given)
     joints = tuple(joint.model_copy(update={"contact": law}) for joint in joints)
     drive = jp.ConstantSpeed(link="crank", speed=rpm * np.pi / 30)
     made = jp.Mechanism(links=links, joints=joints, drive=drive, gravity=gravity, guess=guess or {})

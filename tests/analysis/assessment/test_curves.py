@@ -12,7 +12,7 @@ from jointplay.analysis.assessment.edges import Search
 from jointplay.analysis.assessment.page import BY
 from jointplay.analysis.assessment.settled import plan, present
 from jointplay.analysis.quantities import STATUS
-from jointplay.solver.mechanism.catalog.preset_parts import four_bar_pins, joined
+from jointplay.solver.mechanism.catalog.presets import four_bar_pins, joined
 
 pytestmark = pytest.mark.long  # the first one compiles for six seconds
 HOW = plan(40, 32, 60, 1e-7, None)

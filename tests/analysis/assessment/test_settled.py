@@ -28,8 +28,8 @@ from jointplay.analysis.assessment.settled import (
 from jointplay.analysis.orbits.section_map import Image
 from jointplay.analysis.orbits.shooting import Orbit, newton
 from jointplay.analysis.starts import End
-from jointplay.solver.mechanism.catalog import preset_parts
-from jointplay.solver.mechanism.catalog.preset_parts import four_bar_pins
+from jointplay.solver.mechanism.catalog import presets
+from jointplay.solver.mechanism.catalog.presets import four_bar_pins
 from jointplay.solver.method.codes import Status
 
 HOW = plan(10, 8, 20, 1e-7, None)
@@ -207,7 +207,7 @@ def wiper():
     rows = zip(("crank", "coupler", "rocker"), lengths, masses, inertias, strict=True)
     links = [jp.Link(name=n, length=x, mass=m, centre=x / 2, inertia_centre=i) for n, x, m, i in rows]
     pins = four_bar_pins(0.045, 0.31, 0.09, 0.3)
-    joints = preset_parts.joined(pins, "", radius=0.006, stiffness=1e7, damping=300.0, friction=0.0)
+    joints = presets.joined(pins, "", radius=0.006, stiffness=1e7, damping=300.0, friction=0.0)
     drive = jp.ConstantSpeed(link="crank", speed=65 * np.pi / 30)
     return jp.Mechanism(links=links, joints=joints, drive=drive).replace(clearance={"B": 6e-5})
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from jointplay.display.errors import no_attribute
 from jointplay.solver.extensions import Table
-from jointplay.solver.mechanism.catalog.preset_parts import four_bar_pins, joined
+from jointplay.solver.mechanism.catalog.presets import four_bar_pins, joined
 from jointplay.solver.mechanism.catalog.presets import (
     quick_return as quick_return,
     slider_crank as slider_crank,

@@ -1,43 +1,48 @@
 """Linkages to start from: slider-crank, quick-return, and the six-bars of Watt and Stephenson.
 
 Their numbers are examples, no publication's: every one is a keyword. All joints carry the same contact data,
-so that any of them can be given clearance. A six-bar is a four-bar that drives a dyad.
+so that any of them can be given clearance. A six-bar is a four-bar that drives a dyad. First come parts that
+other entries of the catalog are made of, too: types of their keywords, pins, bars, joints.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any
 
 from jointplay.display.errors import raise_any, unknown
 from jointplay.display.number_text import typed
-from jointplay.solver.mechanism.base import LONGEST, Name, Place, Positive, accepts, unit
-from jointplay.solver.mechanism.catalog.preset_parts import (
-    Coefficient,
-    Damping,
-    Density,
-    Gravity,
-    HalfSize,
-    Length,
-    Offset,
-    Play,
-    Radius,
-    Speed,
-    Stiffness,
-    bars,
-    example,
-    fixed,
-    four_bar_pins,
-    joined,
-    on,
+from jointplay.solver.mechanism import base
+from jointplay.solver.mechanism.base import (
+    GROUND,
+    LONGEST,
+    Name,
+    NonNegative,
+    Number,
+    Place,
+    Positive,
+    accepts,
+    unit,
 )
+from jointplay.solver.mechanism.changes import Clearance
 from jointplay.solver.mechanism.parts.beam import Link
 from jointplay.solver.mechanism.parts.drive import ConstantSpeed
-from jointplay.solver.mechanism.parts.joints import Pin
+from jointplay.solver.mechanism.parts.joints import Contact, Friction, Joint, Pin
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.mechanism.signature import preset
 
+Length = Annotated[base.Length, unit("length", "m")]
+Play = Annotated[Clearance, unit("radial clearance", "m")]
+Offset = Annotated[Number, unit("offset", "m")]
+Density = Annotated[Positive, unit("mass of a metre", "kg/m")]
+Radius = Annotated[Positive, unit("journal radius", "m")]
+HalfSize = Annotated[Positive, unit("half size of a slider", "m")]
+Stiffness = Annotated[Positive, unit("contact stiffness", "N/m")]
+Damping = Annotated[NonNegative, unit("contact damping", "N s/m")]
+Coefficient = Annotated[NonNegative, unit("friction coefficient", "1")]
+Speed = Annotated[Number, unit("speed", "rad/s")]
+Gravity = Annotated[Number, unit("gravity", "m/s²")]
 _POSITIVE = "a table of numbers greater than 0 by link"
 _PLACES = f"a table of numbers from -{typed(LONGEST)} to {typed(LONGEST)} by link"
 _Masses = Annotated[dict[Name, Positive], accepts(_POSITIVE, units="kg")]
@@ -46,6 +51,65 @@ _Centres = Annotated[dict[Name, Place], accepts(_PLACES, units="m")]
 _Numbers = dict[str, float]
 MASS = {"crank": 0.3, "rod": 0.21, "slider": 0.14}
 INERTIA = {"crank": 1e-5, "rod": 2.5e-4, "slider": 1e-5}
+
+
+def joined(pins: Mapping[str, tuple[Pin, Pin]], guides: Iterable[str], **laws: float) -> tuple[Joint, ...]:
+    """Joints from journal and bearing, revolute ones and guides, all with contact data.
+
+    Guides that have no `half_length` and `half_height` stay ideal.
+    """
+    contact = Contact(stiffness=laws["stiffness"], damping=laws["damping"])
+    friction = Friction(coefficient=laws["friction"]) if laws["friction"] else None
+    kinds = {
+        False: {"radius": laws["radius"]},
+        True: {"kind": "prismatic"} | {k: laws.get(k) for k in ("half_length", "half_height")},
+    }
+    return tuple(
+        Joint(name=k, journal=one, bearing=two, contact=contact, friction=friction, **kinds[k in guides])
+        for k, (one, two) in pins.items()
+    )
+
+
+def bars(lengths: Mapping[str, float], density: float) -> tuple[Link, ...]:
+    """Uniform bars."""
+    rows = ((name, length, density * length) for name, length in lengths.items())
+    return tuple(Link(name=n, length=l, mass=m, inertia=m * l**2 / 3) for n, l, m in rows)
+
+
+def fixed(x: float, y: float) -> Pin:
+    """A point of the ground."""
+    return Pin(link=GROUND, point=(x, y))
+
+
+def on(link: str, at: float = 0.0) -> Pin:
+    """A point of a link."""
+    return Pin(link=link, at=at)
+
+
+def four_bar_pins(crank: float, coupler: float, rocker: float, ground: float) -> dict[str, tuple[Pin, Pin]]:
+    """Journal and bearing of the joints O, A, B, C of a four-bar, by its lengths, m."""
+    return {
+        "O": (on("crank"), fixed(0.0, 0.0)),
+        "A": (on("crank", crank), on("coupler")),
+        "B": (on("coupler", coupler), on("rocker", rocker)),
+        "C": (on("rocker"), fixed(ground, 0.0)),
+    }
+
+
+def example(
+    name: str,
+    links: tuple[Link, ...],
+    pins: Mapping[str, tuple[Pin, Pin]],
+    guides: str,
+    speed: float,
+    gravity: float,
+    guess: Mapping[str, float],
+) -> Mechanism:
+    """A linkage of these parts whose crank turns at a constant speed."""
+    laws = {"radius": 0.01, "stiffness": 1e7, "damping": 200.0, "friction": 0.05}
+    joints = joined(pins, guides, half_length=0.02, half_height=0.01, **laws)
+    drive = ConstantSpeed(link="crank", speed=speed)
+    return Mechanism(name=name, links=links, joints=joints, drive=drive, gravity=gravity, guess=dict(guess))
 
 
 def _by_link(tables: Mapping[str, tuple[Mapping[str, float] | None, _Numbers]]) -> list[_Numbers]:

@@ -7,7 +7,7 @@ from functools import cache
 from typing import Annotated, Any
 
 from jointplay.solver.mechanism.base import NonNegative, unit
-from jointplay.solver.mechanism.catalog.preset_parts import Gravity, Play, fixed, four_bar_pins, joined, on
+from jointplay.solver.mechanism.catalog.presets import Gravity, Play, fixed, four_bar_pins, joined, on
 from jointplay.solver.mechanism.parts.beam import Beam, Link
 from jointplay.solver.mechanism.parts.courses import Harmonic
 from jointplay.solver.mechanism.parts.drive import ConstantSpeed, Servo
