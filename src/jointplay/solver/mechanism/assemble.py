@@ -17,10 +17,10 @@ from jointplay.solver.mechanism.loops.kinematic_chains import Forest, Place
 from jointplay.solver.mechanism.loops.loop_numbers import Bases, guesses, loop_numbers, vector
 from jointplay.solver.mechanism.model import DEEP, DEFLECTION, SPEED_FLOOR, Model
 from jointplay.solver.mechanism.own import oscillators
-from jointplay.solver.mechanism.parts import actions, stretch
+from jointplay.solver.mechanism.parts import stretch
 from jointplay.solver.mechanism.parts.beam import Link, line_density, modal
 from jointplay.solver.mechanism.parts.stretch import along
-from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.solver.mechanism.records import AnyLoad, AnySpring, Mechanism, Section, TestSystem
 from jointplay.solver.mechanism.start import approaches, start
 from jointplay.solver.mechanism.structure import linkage
 
@@ -219,7 +219,14 @@ def numbers(mechanism: Mechanism, forest: Forest, structure: Linkage, bases: Bas
     values = {f"H_{k}_{m}": forest.inertia(k, m) for k, m in structure.couplings}
     values |= {f"mu_{k}": forest.moment(k, links) for k in links}
     values |= {f"m_{f}": sum(links[k].mass for k in chain) for f, chain in enumerate(structure.floats)}
-    values |= {"g": mechanism.gravity} | actions.numbers(mechanism, forest)
+    for i, spring in enumerate(mechanism.springs):
+        own = {"k": spring.stiffness, "c": spring.damping, "rest": spring.rest}
+        values |= {f"{word}_spring{i}": value for word, value in own.items()}
+        values |= _span(f"spring{i}", spring, forest)
+    for i, load in enumerate(mechanism.loads):
+        values |= {f"{word}_load{i}": value for word, value in load.numbers.items()}
+        values |= load.course_numbers(f"load{i}") | _span(f"load{i}", load, forest)
+    values |= {"g": mechanism.gravity}
     values |= {"up_x": -math.cos(mechanism.gravity_direction), "up_y": -math.sin(mechanism.gravity_direction)}
     for joint in mechanism.clearance_joints:
         values |= {f"{word}_{joint.name}": value for word, value in joint.numbers.items()}
@@ -235,6 +242,12 @@ def numbers(mechanism: Mechanism, forest: Forest, structure: Linkage, bases: Bas
     values |= loop_numbers(forest, bases)
     angles = bases.state.angles
     return values | (mechanism.drive.numbers(angles[mechanism.drive.link]) if mechanism.drive else {})
+
+
+def _span(name: str, part: AnySpring | AnyLoad, forest: Forest) -> dict[str, float]:
+    vector = forest.vector(*part.pins.values())
+    x, y = vector.fixed
+    return {f"x0_{name}": x, f"y0_{name}": y} | {f"D_{name}_{k}": arm for k, arm in vector.arms.items()}
 
 
 def _beam(link: Link, place: Place) -> dict[str, float]:

@@ -7,7 +7,7 @@ beside is written in `_ends`: other joints become ideal, a friction or a drive b
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal, Protocol, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 from pydantic import Discriminator, Field, Tag
 
@@ -25,8 +25,8 @@ from jointplay.solver.mechanism.base import (
     Turn,
     measured,
 )
-from jointplay.solver.mechanism.parts.beam import DampingRatio, Elements, Link, damping_field, elements_field
-from jointplay.solver.mechanism.parts.drive import AnyDrive, ConstantSpeed, Drive, MotorLine
+from jointplay.solver.mechanism.parts.beam import DampingRatio, Elements, damping_field, elements_field
+from jointplay.solver.mechanism.parts.drive import ConstantSpeed, Drive, MotorLine
 from jointplay.solver.mechanism.parts.friction import Friction
 from jointplay.solver.mechanism.parts.joints import Joint
 from jointplay.solver.mechanism.parts.loads import AnyLoad, AnySpring
@@ -115,15 +115,6 @@ class Changes(Record):
     as_meant: Flag = False
 
 
-class _Linkage(Protocol):
-    """The parts of a `Mechanism` that a change needs."""
-
-    links: tuple[Link, ...]
-    joints: tuple[Joint, ...]
-    drive: AnyDrive | None
-    crank: str | None
-
-
 M = TypeVar("M", bound=Record)
 
 
@@ -159,7 +150,7 @@ def changed(mechanism: M, changes: Mapping[str, Any]) -> M:
     return at_paths(mechanism, _ends(mechanism, begun, values))
 
 
-def paths_of(mechanism: _Linkage, word: str) -> tuple[str, ...]:
+def paths_of(mechanism: Any, word: str) -> tuple[str, ...]:
     """Key paths that a word stands for, if any; its present value is that at the first of them."""
     if word == "clearance":
         return (f"joints.{main_joint(mechanism)}.clearance",)
@@ -181,7 +172,7 @@ def value_of(mechanism: Any, key: str) -> Any:
     return 0.0 if found is None and key == "friction" else found
 
 
-def _valid(mechanism: _Linkage, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+def _valid(mechanism: Any, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
     """Split the changes into values that are valid in themselves, and problems."""
     try:
         record, problems = Changes(**changes), []
@@ -197,7 +188,7 @@ def _valid(mechanism: _Linkage, changes: Mapping[str, Any]) -> tuple[dict[str, A
     return values, problems
 
 
-def main_joint(mechanism: _Linkage) -> str:
+def main_joint(mechanism: Any) -> str:
     """Name of the joint whose clearance a bare number is: B, or where B can have none the only other."""
     sized = [joint for joint in mechanism.joints if joint.sized]
     revolute = [joint.name for joint in sized if not joint.prismatic]
@@ -208,7 +199,7 @@ def main_joint(mechanism: _Linkage) -> str:
     return next(only, MAIN_JOINT)
 
 
-def _clearance_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
+def _clearance_problems(mechanism: Any, values: Mapping[str, Any]) -> Iterator[Problem]:
     joints = {joint.name: joint for joint in mechanism.joints}
     for name, value in values.get("clearance", {}).items():
         key = f"clearance.{name}"
@@ -228,7 +219,7 @@ def _others(joints: Mapping[str, Any]) -> str:
     return f"; {', '.join(able)} can vary" if able else ""
 
 
-def _friction_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
+def _friction_problems(mechanism: Any, values: Mapping[str, Any]) -> Iterator[Problem]:
     for joint in mechanism.joints if "friction" in values else ():
         try:
             _friction(joint, values["friction"])
@@ -255,7 +246,7 @@ def _begun(mechanism: M, values: Mapping[str, Any]) -> M:
     return mechanism.model_copy(update={"links": links, "drive": drive})
 
 
-def _ends(mechanism: _Linkage, begun: _Linkage, values: Mapping[str, Any]) -> dict[str, Any]:
+def _ends(mechanism: Any, begun: Any, values: Mapping[str, Any]) -> dict[str, Any]:
     """Values of valid changes, by key path."""
     found: dict[str, Any] = {}
     if "elastic" in values:

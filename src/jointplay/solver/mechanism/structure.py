@@ -6,15 +6,25 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from jointplay.display.errors import Problem, raise_any
-from jointplay.solver.equations.structure import CORNERS, Beam, Clearance, Closure, Linkage, Pin, Slide
+from jointplay.solver.equations.structure import (
+    CORNERS,
+    Beam,
+    Clearance,
+    Closure,
+    Linkage,
+    Pin,
+    Slide,
+    Span,
+    Spring,
+)
 from jointplay.solver.mechanism.base import DOWNWARDS
 from jointplay.solver.mechanism.loops.dyads import Unknown
 from jointplay.solver.mechanism.loops.kinematic_chains import Forest
-from jointplay.solver.mechanism.parts import actions, stretch
+from jointplay.solver.mechanism.parts import stretch
 from jointplay.solver.mechanism.parts.beam import Link
 from jointplay.solver.mechanism.parts.friction import FRICTIONLESS
 from jointplay.solver.mechanism.parts.joints import Joint
-from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.mechanism.records import AnyLoad, AnySpring, Mechanism
 
 
 def linkage(
@@ -59,8 +69,14 @@ def linkage(
         order="paper" if relaxed else mechanism.order,
         relaxed=relaxed,
         tilted=mechanism.gravity_direction != DOWNWARDS,
-        springs=actions.springs(mechanism, forest),
-        loads=actions.loads(mechanism, forest),
+        springs=tuple(
+            Spring(_span(f"spring{i}", each, forest), each.links, each.twists, each.damping > 0)
+            for i, each in enumerate(mechanism.springs)
+        ),
+        loads=tuple(
+            each.structure(f"load{i}", None if each.twists else _span(f"load{i}", each, forest))
+            for i, each in enumerate(mechanism.loads)
+        ),
         course=mechanism.drive.structure if mechanism.drive else None,
         fed=getattr(mechanism.drive, "fed", ()),
     )
@@ -103,6 +119,11 @@ def _clearance(joint: Joint, forest: Forest) -> Clearance:
         viscous=friction.viscous > 0,
         ends=tuple(("end" if pin.at else "start") * bends for pin, bends in zip(pins, elastic, strict=True)),
     )
+
+
+def _span(name: str, part: AnySpring | AnyLoad, forest: Forest) -> Span:
+    vector = forest.vector(*part.pins.values())
+    return Span(name, tuple(vector.arms), vector.bases)
 
 
 def _pin(link: str, forest: Forest) -> Pin:
