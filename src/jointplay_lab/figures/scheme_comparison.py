@@ -106,11 +106,9 @@ def cases(dataset: Dataset) -> list[str]:
 
 def explain(ax: Axes, dataset: Dataset, looks: list[dict]) -> None:
     """Name the cases and the two methods, in a panel of words."""
-    from matplotlib.lines import Line2D
-
     plain = {"color": style.BLACK, "marker": "o", "markersize": 3.0, "linestyle": "none"}
-    handles = [Line2D([], [], **one) for one in looks]
-    handles += [Line2D([], [], **plain, markerfacecolor="white"), Line2D([], [], **plain)]
+    handles = [artists.sample(**one) for one in looks]
+    handles += [artists.sample(**plain, markerfacecolor="white"), artists.sample(**plain)]
     names = [*cases(dataset), "scheme, in windows that settle", "all unknowns at once"]
     ax.set_axis_off()
     ax.legend(

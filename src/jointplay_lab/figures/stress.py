@@ -79,10 +79,9 @@ def filled(word: str) -> dict[str, Any]:
 def explain(figure: Figure, points: Sequence[Line2D], dataset: Dataset) -> None:
     """Name each verdict above the panels, by its bars and points, with its number of scenes."""
     from matplotlib.legend_handler import HandlerTuple
-    from matplotlib.patches import Patch
 
     numbers = {word: np.count_nonzero(chosen) for word, chosen in verdicts(dataset)}
-    handles = [(Patch(**filled(line.get_label())), line) for line in points]
+    handles = [(artists.swatch(**filled(line.get_label())), line) for line in points]
     words = [f"{line.get_label()} ({numbers[line.get_label()]})" for line in points]
     look = {"ncols": len(LOOKS), "handletextpad": 0.4, "columnspacing": 1.2, "handlelength": 2.2}
     kinds = {tuple: HandlerTuple(None)}

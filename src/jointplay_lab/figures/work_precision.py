@@ -96,10 +96,8 @@ def limits(ax: Axes, dataset: Dataset, known: float) -> None:
 
 def handles(dataset: Dataset, ax: Axes) -> list[Line2D]:
     """Return the entries of the legend: lines of methods, and the mark of other events or ends."""
-    from matplotlib.lines import Line2D
-
     found = [line for line in ax.lines if not line.get_label().startswith("_")]
     if np.isin(codes.words(dataset["agreement"]).values, ("other_events", "other_state")).any():
         look = {"color": style.BLACK, "marker": "o", "markersize": 3.2, "markerfacecolor": "white"}
-        found.append(Line2D([], [], linestyle="none", label="other events or end", **look))
+        found.append(artists.sample(linestyle="none", label="other events or end", **look))
     return found

@@ -69,20 +69,19 @@ def assess(dataset: Dataset, *, joint: str | None = None) -> Figure:
 
 def _legend(figure: Figure, dataset: Dataset) -> None:
     """One legend for all panels over a parameter: grades that are met, and lines."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     met = set(map(str, codes.words(dataset["curve_grade"]).values.ravel()))
     handles = [
-        Patch(facecolor=SHADES[g], edgecolor=style.GREY, linewidth=0.4, label=g) for g in SHADES if g in met
+        artists.swatch(facecolor=SHADES[g], edgecolor=style.GREY, linewidth=0.4, label=g)
+        for g in SHADES
+        if g in met
     ]
-    handles.append(Line2D([], [], label=f"{dataset.sizes['value']} values and their grades", **DOT))
+    handles.append(artists.sample(label=f"{dataset.sizes['value']} values and their grades", **DOT))
     if (dataset["curve_period"].values == 0).any():
-        handles.append(Line2D([], [], label="not seen to repeat: chaos, or not settled", **OPEN))
-    handles.append(Line2D([], [], color=style.GREY, linewidth=1.2, linestyle="-", label="present value"))
+        handles.append(artists.sample(label="not seen to repeat: chaos, or not settled", **OPEN))
+    handles.append(artists.sample(color=style.GREY, linewidth=1.2, linestyle="-", label="present value"))
     for name, (colour, line, words) in MARKS.items():
         if np.isfinite(dataset["edge_ratio"].sel(change=name)).any():
-            handles.append(Line2D([], [], color=colour, linewidth=0.9, linestyle=line, label=words))
+            handles.append(artists.sample(color=colour, linewidth=0.9, linestyle=line, label=words))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
 
 

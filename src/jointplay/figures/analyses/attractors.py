@@ -149,7 +149,6 @@ def fractions(ax: Axes, dataset: Dataset, name: str, unit: Shown, colours: dict[
 def explain(figure: Figure, dataset: Dataset, colours: dict[int, str]) -> None:
     """Name each motion below the panels by the periods that it has, with its band and its points."""
     from matplotlib.legend_handler import HandlerTuple
-    from matplotlib.patches import Patch
 
     entries: dict[str, Any] = {}
     for number, colour in colours.items():
@@ -164,7 +163,7 @@ def explain(figure: Figure, dataset: Dataset, colours: dict[int, str]) -> None:
     if rest := sum(colour == REST for colour in colours.values()):
         entries[f"{rest} more"] = both(REST)
     if (dataset["fraction_unsettled"] > 0).any():
-        entries["not settled"] = Patch(**UNSETTLED)
+        entries["not settled"] = artists.swatch(**UNSETTLED)
     kinds = {tuple: HandlerTuple(None)}
     look = {"loc": "outside lower left", "ncols": 3, "alignment": "left", "handler_map": kinds}
     figure.legend(entries.values(), entries.keys(), title=TITLE, **look)
@@ -172,8 +171,5 @@ def explain(figure: Figure, dataset: Dataset, colours: dict[int, str]) -> None:
 
 def both(colour: str) -> tuple[Patch, Line2D]:
     """Return a band and a point of the motion with this colour, for the legend."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     point = {"color": colour, "marker": sign(colour), "markersize": 3.0, "markeredgewidth": 0}
-    return Patch(**area(colour)), Line2D([], [], linestyle="none", **point)
+    return artists.swatch(**area(colour)), artists.sample(linestyle="none", **point)

@@ -68,23 +68,21 @@ def largest(dataset: Dataset) -> list[int]:
 
 def legend(dataset: Dataset, shown: list[int]) -> list[Patch]:
     """Return an entry an attractor: period, share with its standard error."""
-    from matplotlib.patches import Patch
-
     entries = []
     for colour, number in zip(COLOURS, shown, strict=False):
         one = dataset.sel(number=number)
         period = int(one["period"])
         kind = f"period {period}" if period else "no period"
         share, error = 100 * float(one["fraction"]), 100 * float(one["fraction_standard_error"])
-        entries.append(Patch(color=colour, label=f"{number}: {kind}, {share:.1f} ± {error:.1f} %"))
+        entries.append(artists.swatch(color=colour, label=f"{number}: {kind}, {share:.1f} ± {error:.1f} %"))
     rest = int(np.sum(dataset["count"].values > 0)) - len(shown)
     if rest:
-        entries.append(Patch(color=REST, label=f"{rest} more"))
+        entries.append(artists.swatch(color=REST, label=f"{rest} more"))
     none = 100 * float(dataset["fraction_none"])
     if none > 0:
         words = without_start(dataset)
         label = f"none ({words})" if words else f"none, {none:.1f} %"
-        entries.append(Patch(facecolor=NONE, edgecolor=style.GREY, label=label))
+        entries.append(artists.swatch(facecolor=NONE, edgecolor=style.GREY, label=label))
     return entries
 
 

@@ -107,8 +107,6 @@ def diagram(
     The dataset is a sweep of one parameter (`sweep_axes.one_parameter`). By default colours tell directions
     and starts, and the size of points how many there are; `look` is instead that of all, without a legend.
     """
-    from matplotlib.lines import Line2D
-
     (name,) = sweep_axes.parameters(dataset, "bifurcation")
     array = sought(dataset, quantity)
     array = select.labelled_slice(array, dataset, (name, "point", *sweep_axes.SWEEPS), link=link, joint=joint)
@@ -123,7 +121,7 @@ def diagram(
         wide = {"markersize": own["size"] * size, "markeredgewidth": 0, "rasterized": True}
         ax.plot(x[there], y[there], **(dots | wide | dict(look or {})))
         if own["label"] not in ("", "_") and not look:
-            handles.append(Line2D([], [], markersize=3, label=own["label"], **dots))
+            handles.append(artists.sample(markersize=3, label=own["label"], **dots))
     artists.name_y(ax, array, y_unit, longest=30)
     if handles:
         ax.legend(

@@ -250,20 +250,18 @@ def moduli(ax: Axes, dataset: Dataset, frame: Frame) -> None:
 
 def explain(figure: Figure, dataset: Dataset, over: bool = False) -> None:
     """Name line styles, colours and markers below the panels."""
-    from matplotlib.lines import Line2D
-
     turns = sorted({float(np.nanmax(row, initial=1.0)) for row in dataset["period"].values})
     handles = [
-        Line2D([], [], color=COLOURS[int(np.log2(t)) % len(COLOURS)], label=f"period {t:g}") for t in turns
+        artists.sample(color=COLOURS[int(np.log2(t)) % len(COLOURS)], label=f"period {t:g}") for t in turns
     ]
     ways = {"stable": STABLE, "unstable": UNSTABLE}
-    handles += [Line2D([], [], color=style.GREY, label=word, **way) for word, way in ways.items()]
+    handles += [artists.sample(color=style.GREY, label=word, **way) for word, way in ways.items()]
     kinds = codes.flags(dataset["special_kind"])
     for code in np.unique(dataset["special_kind"].values):
         shape, name = MARKS[kinds[int(code)]]
-        handles.append(Line2D([], [], marker=shape, label=name, **marker(kinds[int(code)])))
+        handles.append(artists.sample(marker=shape, label=name, **marker(kinds[int(code)])))
     if over:
         dot = OVER | {"marker": "o", "linestyle": "none", "markersize": 2}
-        handles.append(Line2D([], [], label=UNDER, **dot))
+        handles.append(artists.sample(label=UNDER, **dot))
     look = {"loc": "outside lower center", "ncols": 4, "columnspacing": 1.2, "handletextpad": 0.5}
     figure.legend(handles=handles, **look)

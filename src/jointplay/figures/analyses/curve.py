@@ -110,10 +110,8 @@ def meetings(ax: Axes, dataset: Dataset, names: Sequence[str], factors: np.ndarr
 
 def explain(figure: Figure, ax: Axes, kinds: Sequence[str]) -> None:
     """Name the kinds of curves, and of the points at which they meet, below the panel."""
-    from matplotlib.lines import Line2D
-
     handles = [
-        Line2D([], [], color=LOOKS[kind][0], linestyle=LOOKS[kind][1], label=_name(kind))
+        artists.sample(color=LOOKS[kind][0], linestyle=LOOKS[kind][1], label=_name(kind))
         for kind in LOOKS
         if kind in kinds
     ]

@@ -67,8 +67,6 @@ def parameter_map(
     start : int
         Of which start.
     """
-    from matplotlib.patches import Patch
-
     names = sweep_axes.parameters(dataset, "parameter_map")
     if len(names) != 2:
         raise select.refuse("kind", "parameter_map", "a result over two parameters")
@@ -100,7 +98,7 @@ def parameter_map(
     if stand_ins(dataset) is not None:
         with hatched() as look:
             note = "hatched: not computed, and shown as the nearest computed point of its box"
-            figure.legend(handles=[Patch(label=note, **look)], loc="outside lower center")
+            figure.legend(handles=[artists.swatch(label=note, **look)], loc="outside lower center")
     return artists.finish(figure, dataset)
 
 

@@ -274,24 +274,19 @@ def doubtful_cells(part: Dataset) -> np.ndarray:
 
 def marks(part: Dataset, faces: bool) -> list[Any]:
     """Return legend entries for the faces of a map, or the marks of curves, that occur."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     why, found = missing_reason(part), []
     for code, (word, face, mark) in enumerate(REASONS, start=1):
         if np.any(why == code):
-            found.append(Patch(**face, label=word) if faces else Line2D([], [], **mark, label=word))
+            found.append(artists.swatch(**face, label=word) if faces else artists.sample(**mark, label=word))
     if np.any(doubtful_cells(part)):
-        found.append(Line2D([], [], **DOUBTFUL, label="failed, with a value"))
+        found.append(artists.sample(**DOUBTFUL, label="failed, with a value"))
     return found
 
 
 def explain(figure: Figure, handles: list[Any], heading: str = "") -> None:
     """Put a legend, if it has entries or a heading, below a figure, which grows by its height."""
-    from matplotlib.lines import Line2D
-
     if heading and not handles:
-        handles, heading = [Line2D([], [], linestyle="none", label=heading)], ""
+        handles, heading = [artists.sample(linestyle="none", label=heading)], ""
     if not handles:
         return
     width, height = figure.get_size_inches()

@@ -30,7 +30,6 @@ def tipping(dataset: Dataset) -> Figure:
         What `jointplay.tipping` returned.
     """
     from matplotlib.legend_handler import HandlerTuple
-    from matplotlib.patches import Patch
 
     select.require(dataset, "tipping", ("knock_size", "fraction_reached"))
     kinds = [str(each).partition(":")[0] for each in dataset["knock"].values]
@@ -45,7 +44,7 @@ def tipping(dataset: Dataset) -> Figure:
     artists.letter(axes)
     if dataset.sizes["number"]:
         lines, kinds = axes[-1].get_lines(), {tuple: HandlerTuple(None)}
-        pairs = [(Patch(**band(place)), line) for place, line in enumerate(lines)]
+        pairs = [(artists.swatch(**band(place)), line) for place, line in enumerate(lines)]
         words = [line.get_label() for line in lines]
         figure.legend(pairs, words, loc="outside lower left", ncols=2, handler_map=kinds)
     return artists.finish(figure, dataset)

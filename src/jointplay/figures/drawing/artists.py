@@ -32,6 +32,7 @@ from jointplay.figures.drawing import (
     Figure,
     FigureBase,
     Line2D,
+    Patch,
     select,
     style,
 )
@@ -149,6 +150,20 @@ def clearance_circle(ax: Axes, reach: float) -> None:
         axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
 
 
+def sample(**look) -> Line2D:
+    """Return a line, or a marker, for a legend."""
+    from matplotlib.lines import Line2D
+
+    return Line2D([], [], **look)
+
+
+def swatch(**look) -> Patch:
+    """Return an area for a legend."""
+    from matplotlib.patches import Patch
+
+    return Patch(**look)
+
+
 def shared_legend(figure: Figure, axes: Iterable[Axes], columns: int | None = None) -> None:
     """Put one legend, usually a row, below the figure for all that some panels name, each name once."""
     handles = {}
@@ -184,21 +199,24 @@ def broken(label: str, longest: int = LONGEST) -> str:
 
 def name_axes(ax: Axes, x: DataArray, x_unit: Shown, y: DataArray, y_unit: Shown) -> None:
     """Label both axes with their quantity and its unit."""
-    from jointplay.figures.drawing.derived import Degrees
-
     ax.set_xlabel(broken(axis_label(x, x_unit)))
     name_y(ax, y, y_unit)
     if x_unit.symbol == "deg":
-        ax.xaxis.set_major_locator(Degrees())
+        in_degrees(ax.xaxis)
 
 
 def name_y(ax: Axes, y: DataArray, unit: Shown, longest: int = LONGEST) -> None:
     """Label the y axis, broken where it would be longer than the panel is high."""
-    from jointplay.figures.drawing.derived import Degrees
-
     ax.set_ylabel(broken(axis_label(y, unit), longest))
     if unit.symbol == "deg":
-        ax.yaxis.set_major_locator(Degrees())
+        in_degrees(ax.yaxis)
+
+
+def in_degrees(axis: Axis) -> None:
+    """Put ticks at round parts of a turn on an axis."""
+    from jointplay.figures.drawing.derived import Degrees
+
+    axis.set_major_locator(Degrees())
 
 
 def displayed(array: DataArray, unit: Shown | None = None) -> tuple[np.ndarray, Shown]:

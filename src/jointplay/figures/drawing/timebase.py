@@ -152,7 +152,8 @@ def dress(bottom: Axes, top: Axes, shown_bases: list[Base], loc: str = "center")
     from matplotlib.ticker import MaxNLocator
 
     bottom.set_xlabel(shown_bases[0].label)
-    degrees(bottom.xaxis, shown_bases[0])
+    if "(deg)" in shown_bases[0].label:
+        artists.in_degrees(bottom.xaxis)
     if len(shown_bases) < 2:
         return
     under, over = shown_bases
@@ -161,15 +162,8 @@ def dress(bottom: Axes, top: Axes, shown_bases: list[Base], loc: str = "center")
     )
     second.set_xlabel(over.label, loc=loc)
     second.xaxis.set_major_locator(MaxNLocator(FEW, steps=[1, 2, 2.5, 5, 10]))
-    degrees(second.xaxis, over)
-
-
-def degrees(axis, shown_base: Base) -> None:
-    """Put ticks at round parts of a turn on an axis of degrees."""
-    from jointplay.figures.drawing.derived import Degrees
-
-    if "(deg)" in shown_base.label:
-        axis.set_major_locator(Degrees())
+    if "(deg)" in over.label:
+        artists.in_degrees(second.xaxis)
 
 
 def within(degrees: np.ndarray, span: float) -> np.ndarray:

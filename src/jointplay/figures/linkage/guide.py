@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from jointplay.display.number_text import measure
-from jointplay.figures.drawing import Axes, Line2D, style
+from jointplay.figures.drawing import Axes, Line2D, artists, style
 from jointplay.figures.linkage import symbols
 from jointplay.solver.equations.structure import CORNERS
 from jointplay.solver.mechanism.parts.joints import Joint
@@ -106,9 +106,7 @@ def mark(mode: str) -> dict:
 
 def legend(modes: set[str]) -> list[Line2D]:
     """Signs of the modes that occur, with their words."""
-    from matplotlib.lines import Line2D
-
-    return [Line2D([], [], **mark(mode), label=MARKS[mode][2]) for mode in MARKS if mode in modes]
+    return [artists.sample(**mark(mode), label=MARKS[mode][2]) for mode in MARKS if mode in modes]
 
 
 def spots(loose, i: int) -> np.ndarray:

@@ -59,8 +59,6 @@ def contact_angle(
 
 def angle_column(axes: np.ndarray, part: Dataset, joint: str, base: timebase.Base) -> None:
     """Draw one stretch of time, a panel a row."""
-    from jointplay.figures.drawing.derived import Degrees
-
     array = select.curve(part, "contact_angle", "kind", joint=joint)
     x, degrees = base.forward(array["time"].values), artists.displayed(array)[0]
     contact = select.in_contact(part, joint)
@@ -69,7 +67,7 @@ def angle_column(axes: np.ndarray, part: Dataset, joint: str, base: timebase.Bas
         branch = timebase.within(degrees, span) if span else timebase.unwrapped(degrees)
         angle_panel(ax, x, branch, contact, span)
         ax.set_ylabel(f"Contact angle{which},\n{words} (deg)")
-        ax.yaxis.set_major_locator(Degrees())
+        artists.in_degrees(ax.yaxis)
         if x.size > 1:
             ax.set_xlim(timebase.limits(base, x))
 
