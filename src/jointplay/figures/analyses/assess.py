@@ -70,11 +70,8 @@ def assess(dataset: Dataset, *, joint: str | None = None) -> Figure:
 def _legend(figure: Figure, dataset: Dataset) -> None:
     """One legend for all panels over a parameter: grades that are met, and lines."""
     met = set(map(str, codes.words(dataset["curve_grade"]).values.ravel()))
-    handles = [
-        artists.swatch(facecolor=SHADES[g], edgecolor=style.GREY, linewidth=0.4, label=g)
-        for g in SHADES
-        if g in met
-    ]
+    edge = {"edgecolor": style.GREY, "linewidth": 0.4}
+    handles = [artists.swatch(facecolor=SHADES[g], **edge, label=g) for g in SHADES if g in met]
     handles.append(artists.sample(label=f"{dataset.sizes['value']} values and their grades", **DOT))
     if (dataset["curve_period"].values == 0).any():
         handles.append(artists.sample(label="not seen to repeat: chaos, or not settled", **OPEN))

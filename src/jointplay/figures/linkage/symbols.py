@@ -120,32 +120,31 @@ def spiral(ax: Axes, point) -> Artists:
     return _line(ax, radius * np.cos(turn), radius * np.sin(turn), at(ax, point), zorder=2.6)
 
 
-def arrow(ax: Axes, point, angle: float, length: float = 9.0) -> Artists:
-    """Draw a straight arrow, `length` mm long, that ends at a point."""
+def pointer(ax: Axes, tail, tip, **look) -> Artists:
+    """Draw an arrow from point to point."""
     from matplotlib.patches import FancyArrowPatch
 
+    whole = {"color": ACTION, "linewidth": 1.1, "zorder": 8} | HEAD | look
+    return [ax.add_patch(FancyArrowPatch(tail, tip, **whole))]
+
+
+def arrow(ax: Axes, point, angle: float, length: float = 9.0) -> Artists:
+    """Draw a straight arrow, `length` mm long, that ends at a point."""
     tail = (-length * np.cos(angle), -length * np.sin(angle))
-    look = {"color": ACTION, "linewidth": 1.1, "zorder": 8, "transform": at(ax, point)}
-    return [ax.add_patch(FancyArrowPatch(tail, (0, 0), **look, **HEAD))]
+    return pointer(ax, tail, (0, 0), transform=at(ax, point))
 
 
 def turning(ax: Axes, point, positive: bool = True) -> Artists:
     """Draw an arrow around a point: a torque, or the drive of a link."""
-    from matplotlib.patches import FancyArrowPatch
-
     ends = np.deg2rad([20.0, 130.0] if positive else [130.0, 20.0])
     tail, tip = (tuple(4.6 * np.array([np.cos(e), np.sin(e)])) for e in ends)
-    bend = {"connectionstyle": f"arc3,rad={0.5 if positive else -0.5}"}
-    look = {"color": ACTION, "linewidth": 1.1, "zorder": 8, "transform": at(ax, point)}
-    return [ax.add_patch(FancyArrowPatch(tail, tip, **look, **bend, **HEAD))]
+    bend = f"arc3,rad={0.5 if positive else -0.5}"
+    return pointer(ax, tail, tip, transform=at(ax, point), connectionstyle=bend)
 
 
 def push(ax: Axes, start: np.ndarray, along: np.ndarray) -> Artists:
     """Draw a force on a bearing or a face, from where the contact is; both in units of the axes."""
-    from matplotlib.patches import FancyArrowPatch
-
-    look = {"color": ACTION, "linewidth": 1.2, "zorder": 8, "clip_on": False}
-    return [ax.add_patch(FancyArrowPatch(start, start + along, **look, **HEAD))]
+    return pointer(ax, start, start + along, linewidth=1.2, clip_on=False)
 
 
 def block(ax: Axes, corners: np.ndarray) -> Artists:

@@ -122,13 +122,9 @@ class Mechanism(Record):
 
     @classmethod
     def _further_units(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
-        joints = data.get("joints")
-        tables = (
-            each if isinstance(each, Mapping) else dict(each) if isinstance(each, Joint) else {}
-            for each in (joints if isinstance(joints, list | tuple) else ())
-        )
-        slides = [each.get("name") for each in tables if each.get("kind") == "prismatic"]
-        guess = data.get("guess")
+        joints, guess = data.get("joints"), data.get("guess")
+        known = joints if isinstance(joints, list | tuple) else ()
+        slides = [_value(each, "name") for each in known if _value(each, "kind") == "prismatic"]
         names = guess if isinstance(guess, Mapping) else ()
         return {"guess": {name: "m" if name in slides else "rad" for name in names}}
 
@@ -247,15 +243,13 @@ class Mechanism(Record):
 
     def summary(self) -> str:
         """Describe the mechanism in a few lines of text."""
-        links = [f"  link {link.name}: {link.description}" for link in self.links]
-        joints = [f"  joint {joint.name}: {joint.description}" for joint in self.joints]
-        springs = [f"  spring {spring.name}: {spring.description}" for spring in self.springs]
-        loads = [f"  load {load.name}: {load.description}" for load in self.loads]
+        every = {"link": self.links, "joint": self.joints, "spring": self.springs, "load": self.loads}
+        parts = [f"  {what} {part.name}: {part.description}" for what, all_ in every.items() for part in all_]
         order = f", {self.order} order" if self.elastic_links else ""
         towards = measure(self.gravity_direction, "rad")
         towards = f" towards {towards}" if self.gravity_direction != DOWNWARDS else ""
         last = f"  gravity {measure(self.gravity, 'm/s2')}{towards}, {self.branch} branch{order}"
-        return "\n".join([self.name, *links, *joints, *springs, *loads, f"  drive: {self._drive}", last])
+        return "\n".join([self.name, *parts, f"  drive: {self._drive}", last])
 
     def __repr__(self) -> str:
         sizes = ", ".join(f"{j.name} {measure(j.clearance, 'm')}" for j in self.clearance_joints) or "none"
@@ -380,10 +374,9 @@ class Draft:
     @classmethod
     def of(cls, data: Any) -> Draft:
         """Read the valid parts out of raw input, or out of a mechanism."""
-        value = data.get if isinstance(data, Mapping) else lambda key: getattr(data, key, None)
-        drive = value("drive")
+        drive, guess = _value(data, "drive"), _value(data, "guess")
         drives = filter(None, (_valid(kind, drive) for kind in DRIVES if drive is not None))
-        parts, guess = [_parts(value(key), *kinds) for key, kinds in _RECORDS.items()], value("guess")
+        parts = [_parts(_value(data, key), *kinds) for key, kinds in _RECORDS.items()]
         guessed = tuple(guess) if isinstance(guess, Mapping) else ()
         return cls(*parts[:2], next(drives, None), *parts[2:], guessed)
 
@@ -538,9 +531,14 @@ def _rubbed(joints: Sequence[Joint]) -> Iterator[Problem]:
                 yield Problem(f"joints[{i}].friction.{key}", value, text)
 
 
+def _value(part: Any, key: str) -> Any:
+    """A value of a record, or of a table that is to be one; None where it has none."""
+    return part.get(key) if isinstance(part, Mapping) else getattr(part, key, None)
+
+
 def _parts(given: Any, *kinds: type[Record]) -> list[tuple[Any, Any]]:
     parts = given if isinstance(given, list | tuple) and len(given) <= MOST else ()
-    names = (part.get("name") if isinstance(part, Mapping) else getattr(part, "name", None) for part in parts)
+    names = (_value(part, "name") for part in parts)
     valid = (next(filter(None, (_valid(kind, part) for kind in kinds)), None) for part in parts)
     return list(zip(names, valid, strict=True))
 
