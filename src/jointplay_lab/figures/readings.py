@@ -58,7 +58,7 @@ def panel_columns(ax: Axes, part: Dataset, left: float, most: float) -> None:
         one = part.isel(reading=row)
         motion = str(motions[row])
         shown = {
-            "separations": (number(one["separations"]), float(one["separations"]) / (most or 1.0)),
+            "separations": (plain(float(one["separations"]), 3), float(one["separations"]) / (most or 1.0)),
             "period": ({0: "none", -1: "\N{EN DASH}"}.get(int(one["period"]), f"{int(one['period'])}"), 0.0),
             "growth": (growth(one), SHADE.get(motion if np.isfinite(one["growth"]) else "", 0.0)),
             "section": ("", 0.0),
@@ -77,11 +77,6 @@ def panel_title(part: Dataset) -> str:
     if "gear_ratio" in part.coords:
         known.append(f"$i$ = {float(part['gear_ratio']):g}")
     return " ".join(known)
-
-
-def number(value) -> str:
-    """Return a number of three digits, or a dash where there is none."""
-    return plain(float(value), 3)
 
 
 def growth(one: Dataset) -> str:

@@ -30,7 +30,7 @@ from jointplay.display.errors import raise_any, refuse, with_keys
 from jointplay.display.number_text import plain
 from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.mechanism.base import Count, Natural, NonNegative, Positive, unit
+from jointplay.solver.mechanism.base import Count, Natural, NonNegative, Positive, not_empty, unit
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism
 from jointplay.solver.motion.trajectory import MAX_STEPS, Records, Request, follow
@@ -247,10 +247,11 @@ def _at_once(case: Case, truth: Truth, times: np.ndarray, rtol: float, plan: Pla
     records = case.follow(times, rtol, plan.max_steps)
     if len(records.samples) < len(times):
         return math.inf, records.wall_time
-    found = Quantities(case.monolithic, records.samples, case.monolithic.state).variables(
-        ["deflection"], "time"
-    )
-    return truth.deflection_error(found["deflection"][1]), records.wall_time
+    return truth.deflection_error(_deflection(case.monolithic, records.samples)), records.wall_time
+
+
+def _deflection(model: Model, rows: np.ndarray) -> np.ndarray:
+    return Quantities(model, rows, model.state).variables(["deflection"], "time")["deflection"][1]
 
 
 def _orders(case: Case, plan: Plan) -> dict[str, Any]:
@@ -258,9 +259,8 @@ def _orders(case: Case, plan: Plan) -> dict[str, Any]:
     times = np.linspace(0.0, case.relaxed.period, SAMPLES_PER_TURN + 1)
     truth = Truth.of(case.monolithic, case.follow(times, plan.rtol).samples)
     rows = follow(case.consistent, Request(times[-1], rtol=plan.rtol, at=times)).samples
-    found = Quantities(case.consistent, rows, case.consistent.state).variables(["deflection"], "time")
     return {
-        "order_difference": truth.deflection_error(found["deflection"][1]),
+        "order_difference": truth.deflection_error(_deflection(case.consistent, rows)),
         "largest_deflection": truth.scales["deflection"],
     }
 
@@ -301,13 +301,7 @@ def _monotonic(word: str, ordered: Callable[[Any, Any], bool]) -> AfterValidator
     return AfterValidator(validated)
 
 
-def _not_empty(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    if not values:
-        raise refuse(values, "a list of at least one number is accepted")
-    return values
-
-
-_Some, _Rising, _Falling = AfterValidator(_not_empty), _monotonic("rising", lt), _monotonic("falling", gt)
+_Some, _Rising, _Falling = AfterValidator(not_empty), _monotonic("rising", lt), _monotonic("falling", gt)
 Clearances = Annotated[several(NonNegative, "a list of clearances in m"), _Some]
 StartTurns = Annotated[several(Count, "a list of whole numbers of turns"), _Some]
 WindowsPerTurn = Annotated[several(Natural, "a list of rising whole numbers"), _Some, _Rising]

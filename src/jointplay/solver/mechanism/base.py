@@ -118,7 +118,8 @@ def is_number(given: Any) -> bool:
     return isinstance(given, int | float) and not isinstance(given, bool) and -most <= given <= most
 
 
-def _not_empty(items: tuple[Any, ...]) -> tuple[Any, ...]:
+def not_empty(items: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Rule: there is at least one."""
     if not items:
         raise refuse(items, "a list of at least one is accepted")
     return items
@@ -184,7 +185,7 @@ T = TypeVar("T")
 # A minimum length in pydantic would count wrong items as absent ones.
 MOST = 1000  # items of a list; many times what a mechanism has, and as many as are soon checked
 Few = Annotated[tuple[T, ...], BeforeValidator(_not_too_many)]
-Several = Annotated[Few[T], AfterValidator(_not_empty)]
+Several = Annotated[Few[T], AfterValidator(not_empty)]
 
 
 def measured(noun: str, units: str, default: Any = ..., accepts: str | None = None, **more: Any) -> Any:
