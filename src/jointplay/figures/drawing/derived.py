@@ -8,8 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 from matplotlib.ticker import Locator, MaxNLocator, MultipleLocator
 
-# the same figure is the same file
-UNDATED = {form: {"CreationDate": None} for form in ("pdf", "ps", "eps")} | {"svg": {"Date": None}}
+UNDATED = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # the same figure is the same file
 PREVIEW_DPI = 300  # of images; vector formats embed their point clouds at savefig.dpi
 NOTEBOOK_DPI = 130
 VECTORS = ("pdf", "svg", "svgz", "ps", "eps", "pgf")
