@@ -2,6 +2,7 @@
 
 import math
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,39 @@ HELD = 1e-12  # share of a held force within which it is known
 GAP_ROUNDINGS = 16  # roundings of the mechanism's reach within which a gap is zero
 
 
+class Tolerances(NamedTuple):
+    """Sizes up to which what decides events is zero; a `rebound_error` of inf: no rebound is left out."""
+
+    speed: float  # of sliding, m/s: within the tolerance, or within rounding
+    height: float  # of a rebound from a rigid wall, m
+    rebound_error: float  # by which rebounds left out may be wrong, m/s, of the speed that counts as rest
+    gap_rounding: float  # m
+    margin: np.ndarray  # of each contact's guards: gap, force, sliding speed, cone; of walls'; 0: none
+    clearance_squared: np.ndarray  # of each contact, m^2; inf: it has no centre
+    cone: np.ndarray  # error of (f_s F_n)^2 - F_t^2 near zero, over F_n, N; of a rough wall, over F_n^2
+
+
+def tolerances(model: Model, rtol: float, n_contacts: int, n_resets: int, n_rubs: int = 0) -> Tolerances:
+    """What is zero to the motion of a model with so many contacts, rigid walls, and rough ones of these."""
+    gap, rounding = GAP_ROUNDINGS * EPS * model.reach, _rounding(model)
+    still = max(max(rtol, NOISE) * model.creep, rounding)
+    squares, guards = clearances_squared(model, n_contacts), np.zeros((n_contacts, 4))
+    guards[:, 2] = still
+    # the push of a rough wall is solved for, and known to HELD of itself
+    cone = np.array([*np.zeros(n_contacts), *(2 * f * (1 + f) * HELD for f in _rough(model))])
+    for j, (law, places, friction) in enumerate(_laws(model.structure)):
+        given, f, clearance = model.numbers[places], model.numbers[friction], model.clearances[j]
+        force = law.slopes(gap, *given)[0] * gap if law.push is None else _turning(law, given, rounding)
+        guards[j, :2] = (2 * clearance if squares[j] < np.inf else 1.0) * gap, force
+        K, C = law.slopes(clearance, *given)
+        cone[j] = 2 * f * (1 + f) * (K * gap + C * rounding)
+    height = max(max(rtol, FLAT) * _height(model), FLIGHT * gap)
+    # where links bend the force of a wall that holds a body is not steady, however low the rebounds are
+    error = np.inf if model.bending else REBOUND_ERROR * still
+    margin = np.concatenate([guards.ravel(), np.zeros(n_resets), np.full(n_rubs, still)])
+    return Tolerances(still, height, error, gap, margin, squares, cone)
+
+
 def _rounding(model: Model) -> float:
     """Rounding of a relative speed at a contact, m/s, at the nominal speed or that of the start."""
     turning = max((model.reach / e for e in model.clearances), default=0.0)
@@ -31,45 +65,18 @@ def _rounding(model: Model) -> float:
     return EPS * model.reach * fastest * (ROUNDINGS + APPROACH * turning)
 
 
-def gap_rounding(model: Model) -> float:
-    """Rounding of a gap, m."""
-    return GAP_ROUNDINGS * EPS * model.reach
-
-
-def speed(model: Model, rtol: float) -> float:
-    """Sliding speed that is within the tolerance of zero, or within rounding."""
-    return max(max(rtol, NOISE) * model.creep, _rounding(model))
-
-
-def height(model: Model, rtol: float) -> float:
-    """Height of a rebound from a rigid wall that is within the tolerance of zero, or of rounding; in m.
-
-    Also within that of what bends: rebounds that are left out shake it by as much.
-    """
+def _height(model: Model) -> float:
+    """Scale of the tolerated error of a rebound's height, m: also that of what bends, which it shakes."""
     lengths = model.absolute[: len(model.turning)][model.turning == 0] if model.links else ()
-    height = min(SPEED_FLOOR * (model.reach or 1.0), np.min(lengths, initial=np.inf))
-    return max(max(rtol, FLAT) * height, FLIGHT * gap_rounding(model))
-
-
-def rebound_error(model: Model, still: float) -> float:
-    """Speed by which rebounds left out may be wrong, m/s, of that which counts as rest; inf if links bend.
-
-    There the force of a wall that holds a body is not steady, however low the rebounds are.
-    """
-    return np.inf if model.bending else REBOUND_ERROR * still
+    return min(SPEED_FLOOR * (model.reach or 1.0), np.min(lengths, initial=np.inf))
 
 
 def clearances_squared(model: Model, n_contacts: int) -> np.ndarray:
     """Squares of the clearances, m^2; infinite of a contact that is no joint's."""
     squares = np.full(n_contacts, np.inf)
-    for j, centred in enumerate(_centred(model)[:n_contacts]):
-        squares[j] = model.clearances[j] ** 2 if centred else np.inf
+    for j, joint in enumerate(model.structure.joints[:n_contacts] if model.links else ()):
+        squares[j] = model.clearances[j] ** 2 if joint.corner is None else np.inf
     return squares
-
-
-def _centred(model: Model) -> list[bool]:
-    """Whether each contact's gap is watched by the square of a distance from a centre, as a bearing's is."""
-    return [joint.corner is None for joint in model.structure.joints] if model.links else []
 
 
 @lru_cache(maxsize=256)
@@ -94,25 +101,11 @@ def ends(model: Model) -> np.ndarray:
     return found
 
 
-def _turning(law: Law, given: np.ndarray, model: Model) -> float:
+def _turning(law: Law, given: np.ndarray, rounding: float) -> float:
     """Rounding of the push of a law whose force vanishes with the penetration."""
     slowest = [given[law.letters.index(law.floor)]] if law.floor else []
-    still, moving = (law.push(v_n, *given, *slowest) for v_n in (0.0, _rounding(model)))
+    still, moving = (law.push(v_n, *given, *slowest) for v_n in (0.0, rounding))
     return EPS + moving - still
-
-
-def cones(model: Model) -> np.ndarray:
-    """Error of (f_s F_n)^2 - F_t^2 near zero by the rounding of the normal force F_n, over F_n, N.
-
-    Of a rough wall, whose push is solved for and is known to HELD of itself, over its square.
-    """
-    errors, play, speed = np.zeros(len(model.touching)), gap_rounding(model), _rounding(model)
-    for j, f in enumerate(_rough(model), start=len(model.touching) - len(model.walls)):
-        errors[j] = 2 * f * (1 + f) * HELD
-    for j, (law, places, friction) in enumerate(_laws(model.structure)):
-        (K, C), f = law.slopes(model.clearances[j], *model.numbers[places]), model.numbers[friction]
-        errors[j] = 2 * f * (1 + f) * (K * play + C * speed)
-    return errors
 
 
 def _rough(model: Model) -> list[float]:
@@ -122,14 +115,3 @@ def _rough(model: Model) -> list[float]:
     numbers = dict(zip(parameter_names(model.structure), model.numbers, strict=True))
     rough = [(joint, FRICTIONS.get(joint.friction)) for joint in model.structure.rigid_joints]
     return [numbers[f"{law.limit_letter}_{joint.owner}"] if law else 0.0 for joint, law in rough]
-
-
-def guards(model: Model, still: float, n_contacts: int, n_resets: int, n_rubs: int = 0) -> np.ndarray:
-    """Tolerance of each contact's guards: gap, force, sliding speed; of walls' sliding speeds; else 0."""
-    tolerances = np.zeros((n_contacts, 4))
-    tolerances[:, 2], play = still, gap_rounding(model)
-    for j, (law, places, _) in enumerate(_laws(model.structure)):
-        given = model.numbers[places]
-        force = law.slopes(play, *given)[0] * play if law.push is None else _turning(law, given, model)
-        tolerances[j, :2] = (2 * model.clearances[j] if _centred(model)[j] else 1.0) * play, force
-    return np.concatenate([tolerances.ravel(), np.zeros(n_resets), np.full(n_rubs, still)])

@@ -21,8 +21,8 @@ from jointplay.solver.codegen import cache
 from jointplay.solver.equations.structure import Linkage, Oscillator
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import COUNTERS, Row, Section, Status
-from jointplay.solver.motion import eligibility, guard_tolerances
-from jointplay.solver.motion.eligibility import exclusion, route_of
+from jointplay.solver.motion.eligibility import batched_answer, exclusion, route_of
+from jointplay.solver.motion.guard_tolerances import tolerances
 from jointplay.solver.motion.progress import Stopped, tick
 
 INTERRUPTED = int(Status.INTERRUPTED)
@@ -111,7 +111,7 @@ def follow(model: Model, request: Request, progress: Callable[[float], None] | N
     from jointplay.solver.method.control import FULL
     from jointplay.solver.method.memory import LOGGED, SAMPLES, SECTIONS
 
-    if (records := eligibility.batched_answer(model, request)) is not None:
+    if (records := batched_answer(model, request)) is not None:
         return records
     began = time.perf_counter()
     prepare(model.structure)
@@ -221,18 +221,18 @@ def run_of(model: Model, request: Request, log: np.ndarray | None = None):
     module = cache.structure_module(model.structure)
     sizes = module.SIZES
     n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
-    state, still = np.concatenate([[0.0], model.state]), guard_tolerances.speed(model, request.rtol)
-    resets = sizes["resets"], sizes["rubs"]
+    state, resets = np.concatenate([[0.0], model.state]), (sizes["resets"], sizes["rubs"])
+    zero = tolerances(model, request.rtol, n_contacts, *resets)
     motion = trajectory(state, model.numbers, n_q, sizes["angles"], n_contacts, *resets)
     width = 1 + n_q + n + n_contacts + sizes["resets"] + sizes["powers"]
     motion = motion._replace(
         absolute=request.rtol * model.absolute,
         relative=request.rtol * model.relative,
         turning=model.turning.copy(),
-        margin=guard_tolerances.guards(model, still, n_contacts, *resets),
-        clearance_squared=guard_tolerances.clearances_squared(model, n_contacts),
+        margin=zero.margin,
+        clearance_squared=zero.clearance_squared,
         group=_groups(model, sizes["resets"]),
-        cone=guard_tolerances.cones(model),
+        cone=zero.cone,
         flags=np.array([*module.CONTACTS.values()], dtype=np.int64),
         work=np.zeros(sizes["powers"]),
         sample_times=np.ascontiguousarray(request.at, dtype=float),
@@ -242,7 +242,7 @@ def run_of(model: Model, request: Request, log: np.ndarray | None = None):
     motion.real[H] = 1e-5 * model.period
     motion.real[LEVEL] = request.level
     motion.real[GROWTH] = 1.0 / model.period if _excites(model.structure) else 0.0
-    motion.real[REBOUND_ERROR] = guard_tolerances.rebound_error(model, still)
+    motion.real[REBOUND_ERROR] = zero.rebound_error
     options = Options(
         n_q=n_q,
         n=n,
@@ -252,10 +252,10 @@ def run_of(model: Model, request: Request, log: np.ndarray | None = None):
         h_max=float(model.h_max),
         newton=NEWTON,
         chatter_time=1e-7 * model.period,
-        speed_tolerance=still,
-        height_tolerance=guard_tolerances.height(model, request.rtol),
+        speed_tolerance=zero.speed,
+        height_tolerance=zero.height,
         bends=sizes["bends"],
-        gap_rounding=guard_tolerances.gap_rounding(model),
+        gap_rounding=zero.gap_rounding,
         max_steps=request.max_steps,
         log_from=float(request.log_from),
         log_steps=int(request.steps),
