@@ -10,10 +10,9 @@ from jointplay.analysis.rules import unlike_turns
 from jointplay.analysis.vary import axes
 from jointplay.display.errors import InputError
 from jointplay.solver.mechanism import catalog
-from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble, linkage
 from jointplay.solver.mechanism.parts.drive import PrescribedTorque, SpeedProfile
 from jointplay.solver.mechanism.records import Mechanism
-from jointplay.solver.mechanism.structure import linkage
 from jointplay.solver.motion.eligibility import structure_exclusion
 from tests.support.wrong import listed, only, problems_of
 

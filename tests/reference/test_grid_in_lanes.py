@@ -15,8 +15,7 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.solver.codegen.lanes import EXCLUSIONS
-from jointplay.solver.mechanism.assemble import assemble
-from jointplay.solver.mechanism.structure import linkage
+from jointplay.solver.mechanism.assemble import assemble, linkage
 from jointplay.solver.method.codes import Event
 from jointplay.solver.motion.eligibility import IN_LANES, ROUTES, exclusion, structure_exclusion
 from jointplay.solver.motion.ensemble_runs import follow_ensemble

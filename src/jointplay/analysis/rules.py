@@ -19,7 +19,7 @@ import numpy as np
 from jointplay.analysis.quantities import BALANCE, EVENTS, STATUS, WORDS, owners, recorded
 from jointplay.display.errors import NOTHING, InputError, Problem, join, raise_any, strangers, unknown, warn
 from jointplay.solver.codegen.cache import structure_module
-from jointplay.solver.mechanism.assemble import assemble, check_section, nominal_speed
+from jointplay.solver.mechanism.assemble import assemble, check_section, linkage, nominal_speed
 from jointplay.solver.mechanism.base import is_number
 from jointplay.solver.mechanism.loops.ideal import cannot_turn
 from jointplay.solver.mechanism.loops.kinematic_chains import Forest
@@ -34,7 +34,6 @@ from jointplay.solver.mechanism.records import (
     SeparationSection,
     TestSystem,
 )
-from jointplay.solver.mechanism.structure import linkage
 from jointplay.solver.motion.trajectory import MAX_STEPS, Records, Request, follow
 
 SLACK = 4  # nominal periods that a turn may take before the run gives up

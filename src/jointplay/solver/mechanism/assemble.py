@@ -12,17 +12,17 @@ from jointplay.display.errors import NOTHING, Problem, raise_any, unknown
 from jointplay.solver.equations.drives import DRIVES
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.equations.parameters import parameter_names
-from jointplay.solver.equations.structure import Linkage
-from jointplay.solver.mechanism.loops.kinematic_chains import Forest, Place
-from jointplay.solver.mechanism.loops.loop_numbers import Bases, guesses, loop_numbers, vector
+from jointplay.solver.equations.structure import Linkage, Spring
+from jointplay.solver.mechanism.base import DOWNWARDS
+from jointplay.solver.mechanism.loops.kinematic_chains import Forest
+from jointplay.solver.mechanism.loops.loop_numbers import Bases, guesses, loop_numbers
 from jointplay.solver.mechanism.model import DEEP, DEFLECTION, SPEED_FLOOR, Model
 from jointplay.solver.mechanism.own import oscillators
 from jointplay.solver.mechanism.parts import stretch
-from jointplay.solver.mechanism.parts.beam import Link, line_density, modal
+from jointplay.solver.mechanism.parts.beam import line_density, modal
 from jointplay.solver.mechanism.parts.stretch import along
-from jointplay.solver.mechanism.records import AnyLoad, AnySpring, Mechanism, Section, TestSystem
+from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 from jointplay.solver.mechanism.start import approaches, start
-from jointplay.solver.mechanism.structure import linkage
 
 SETTLING = 5.0  # of the nominal speed: after a turn nothing is left of what a group of loops misremembered
 
@@ -103,6 +103,66 @@ def assemble(
         crank_speed=speeds[structure.driven],
         forward=1 if (speeds[structure.driven] or forwards) >= 0 else -1,
     )
+
+
+def linkage(
+    mechanism: Mechanism,
+    forest: Forest | None = None,
+    section: str | None = None,
+    powers: bool = False,
+    relaxed: bool = False,
+) -> Linkage:
+    """Give the structure of a mechanism's equations.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The linkage.
+    forest : Forest, optional
+        The same, cut at its clearance joints.
+    section, powers, relaxed
+        As in `assemble`.
+
+    Raises
+    ------
+    InputError
+        If ideal loops hold links twice, or a torsion spring turns one of their links.
+    """
+    forest = forest or Forest.of(mechanism)
+    structure = Linkage(
+        **forest.parts(mechanism.clearance_joints),
+        driven=mechanism.crank or next(iter(forest.links)),
+        drive=mechanism.drive.kind if mechanism.drive else "none",
+        gravity=mechanism.gravity != 0,
+        section=section,
+        powers=powers,
+        order="paper" if relaxed else mechanism.order,
+        relaxed=relaxed,
+        tilted=mechanism.gravity_direction != DOWNWARDS,
+        springs=tuple(
+            Spring(forest.span(f"spring{i}", each.pins), each.links, each.twists, each.damping > 0)
+            for i, each in enumerate(mechanism.springs)
+        ),
+        loads=tuple(
+            load.structure(name := f"load{i}", None if load.twists else forest.span(name, load.pins))
+            for i, load in enumerate(mechanism.loads)
+        ),
+        course=mechanism.drive.structure if mechanism.drive else None,
+        fed=getattr(mechanism.drive, "fed", ()),
+    )
+    stretched = stretch.problems(mechanism, forest.places, structure.beams, structure.order)
+    raise_any([*_unwound(mechanism, structure), *stretched], "mechanism")
+    return structure
+
+
+def _unwound(mechanism: Mechanism, structure: Linkage) -> Iterator[Problem]:
+    """Torsion springs on links whose angle follows from a loop, and so is known up to whole turns only."""
+    for i, spring in enumerate(mechanism.springs):
+        for end, link in zip(("from", "to"), spring.links, strict=True):
+            if spring.twists and link in structure.dependent:
+                text = "a link whose angle follows from no ideal loop or guide is accepted"
+                text += ": this one's is known up to whole turns only"
+                yield Problem(f"mechanism.springs[{i}].{end}", link, text)
 
 
 def nominal_speed(mechanism: Mechanism, speeds: Iterable[float] = ()) -> float:
@@ -215,54 +275,15 @@ def numbers(mechanism: Mechanism, forest: Forest, structure: Linkage, bases: Bas
     dict of str to float
         By name, SI units; what is given from outside is 0.
     """
-    links = forest.links
-    values = {f"H_{k}_{m}": forest.inertia(k, m) for k, m in structure.couplings}
-    values |= {f"mu_{k}": forest.moment(k, links) for k in links}
-    values |= {f"m_{f}": sum(links[k].mass for k in chain) for f, chain in enumerate(structure.floats)}
+    values = forest.numbers(structure, mechanism.clearance_joints) | {"g": mechanism.gravity}
+    values |= {"up_x": -math.cos(mechanism.gravity_direction), "up_y": -math.sin(mechanism.gravity_direction)}
     for i, spring in enumerate(mechanism.springs):
         own = {"k": spring.stiffness, "c": spring.damping, "rest": spring.rest}
         values |= {f"{word}_spring{i}": value for word, value in own.items()}
-        values |= _span(f"spring{i}", spring, forest)
+        values |= forest.span_numbers(f"spring{i}", spring.pins)
     for i, load in enumerate(mechanism.loads):
         values |= {f"{word}_load{i}": value for word, value in load.numbers.items()}
-        values |= load.course_numbers(f"load{i}") | _span(f"load{i}", load, forest)
-    values |= {"g": mechanism.gravity}
-    values |= {"up_x": -math.cos(mechanism.gravity_direction), "up_y": -math.sin(mechanism.gravity_direction)}
-    for joint in mechanism.clearance_joints:
-        values |= {f"{word}_{joint.name}": value for word, value in joint.numbers.items()}
-        values |= vector(joint.name, forest.vector(joint.journal, joint.bearing))
-    for pin in structure.pins:
-        values[f"m_{pin.name}"] = sum(links[k].mass for k in pin.links)
-        for chain, name in pin.bases:
-            values[name] = sum(links[k].mass for k in pin.links if forest.places[k].chain == chain)
-        values |= {f"mu_{pin.name}_{k}": forest.moment(k, pin.links) for k in pin.arms}
-    for beam in structure.beams:
-        values |= _beam(links[beam.link], forest.places[beam.link])
-        values |= stretch.numbers(links[beam.link]) if beam.axial else {}
+        values |= load.course_numbers(f"load{i}") | forest.span_numbers(f"load{i}", load.pins)
     values |= loop_numbers(forest, bases)
     angles = bases.state.angles
     return values | (mechanism.drive.numbers(angles[mechanism.drive.link]) if mechanism.drive else {})
-
-
-def _span(name: str, part: AnySpring | AnyLoad, forest: Forest) -> dict[str, float]:
-    vector = forest.vector(*part.pins.values())
-    x, y = vector.fixed
-    return {f"x0_{name}": x, f"y0_{name}": y} | {f"D_{name}_{k}": arm for k, arm in vector.arms.items()}
-
-
-def _beam(link: Link, place: Place) -> dict[str, float]:
-    """Modal numbers S, I, omega^2, 2 xi omega, end slopes, gauge; arms of the origin."""
-    modes, xi = modal(link), link.beam.damping_ratio
-    rows = {
-        "S": modes.force,
-        "I": modes.moment,
-        "k": modes.frequency**2,
-        "c": 2 * xi * modes.frequency,
-        "start": modes.slope_start,
-        "end": modes.slope_end,
-        "gauge": modes.gauge,
-        "rate": 0 * modes.frequency,
-        "acc": 0 * modes.frequency,
-    }
-    values = {f"{word}_{link.name}_{i}": float(v) for word, row in rows.items() for i, v in enumerate(row)}
-    return values | {f"L_{link.name}_{k}": arm for k, arm in place.arms.items()}

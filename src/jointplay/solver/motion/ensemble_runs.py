@@ -20,9 +20,9 @@ from jointplay.display.errors import InputError, Problem
 from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.codegen.lanes import EXCLUSIONS
 from jointplay.solver.equations.parameters import parameter_names
+from jointplay.solver.mechanism.assemble import linkage
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
-from jointplay.solver.mechanism.structure import linkage
 from jointplay.solver.method.codes import Row, Status
 from jointplay.solver.method.lanes import CLOCK, PHASE
 from jointplay.solver.motion.eligibility import IN_LANES, LEFT, RTOL, exclusion, structure_exclusion

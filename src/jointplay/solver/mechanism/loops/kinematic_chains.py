@@ -9,14 +9,18 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
-from itertools import combinations_with_replacement
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations_with_replacement, starmap
+from typing import Any
 
 from jointplay.display.errors import InputError, Problem
+from jointplay.solver.equations import structure
 from jointplay.solver.mechanism.base import GROUND
-from jointplay.solver.mechanism.loops.dyads import Cuts, Plan, decompose
-from jointplay.solver.mechanism.parts.beam import Link
+from jointplay.solver.mechanism.loops.dyads import Cuts, Plan, Unknown, decompose
+from jointplay.solver.mechanism.parts import stretch
+from jointplay.solver.mechanism.parts.beam import Link, modal
+from jointplay.solver.mechanism.parts.friction import FRICTIONLESS
 from jointplay.solver.mechanism.parts.joints import Joint, Pin
 from jointplay.solver.mechanism.records import Mechanism
 
@@ -143,26 +147,22 @@ class Forest:
                 fixed = [x + sign * part for x, part in zip(fixed, place.fixed, strict=True)]
                 for k, arm in place.arms.items():
                     arms[k] += sign * arm
-                root = next((k for k in self.slides.values() if self.places[k].chain == place.chain), None)
+                root = self._sliding_root(place.chain)
                 place = None
                 if root is not None:
                     base = self.base(root)
                     slides.update({name: sign * own for name, own in base.slides.items()})
-                    place = Place(base.arms, base.fixed, self.inner(root))
+                    place = Place(base.arms, base.fixed, self._inner(root))
         return Sum(
             {k: arm for k, arm in arms.items() if arm}, tuple(fixed), {k: n for k, n in slides.items() if n}
         )
 
-    def inner(self, root: str) -> int | None:
+    def _sliding_root(self, chain: int | None) -> str | None:
+        return next((name for name in self.slides.values() if self.places[name].chain == chain), None)
+
+    def _inner(self, root: str) -> int | None:
         """The chain in which the guide of a sliding link lies."""
         return place_of(self.places, self.places[root].sides[0]).chain
-
-    @property
-    def floats(self) -> tuple[tuple[str, ...], ...]:
-        """Names of the links of each floating chain."""
-        chains = {place.chain for place in self.places.values()} - {None}
-        of = {name: self.places[name].chain for name in self.links}
-        return tuple(tuple(name for name in of if of[name] == chain) for chain in sorted(chains))
 
     def vector(self, *pins: Pin) -> Sum:
         """The vector to a pin, from a second one where there are two; a base that both have falls out."""
@@ -176,41 +176,154 @@ class Forest:
         bases = tuple((place.chain, sign) for place, sign in ends if place.chain is not None)
         return Sum(arms, (x, y), bases=() if same else bases)
 
-    def carried(self, link: str) -> list[str]:
-        """The link and all that hang on it."""
-        names = [link]
+    def parts(self, loose: Iterable[Joint]) -> dict[str, Any]:
+        """Parts of the equations' structure that follow from the cut, by their names in a `Linkage`.
+
+        Parameters
+        ----------
+        loose : iterable of Joint
+            Those with clearance.
+        """
+        held = (name for name, place in self.places.items() if place.parent is not None)
+        return {
+            "links": tuple(self.links),
+            "couplings": self._couplings(),
+            "floats": self._floats(),
+            "joints": tuple(each for joint in loose for each in self._clearances(joint)),
+            "pins": tuple(map(self._pin, held)),
+            "beams": tuple(self._beam(link) for link in self.links.values() if link.elastic),
+            "slides": tuple(starmap(self._slide, self.slides.items())),
+            "closures": tuple(self._closure(joint, led) for cut, led in self.cuts for joint in cut),
+        }
+
+    def numbers(self, made: structure.Linkage, loose: Iterable[Joint]) -> dict[str, float]:
+        """Numbers of a structure that is made of these parts, but of its loops, by name."""
+        links = self.links
+        values = {f"H_{k}_{m}": self._inertia(k, m) for k, m in made.couplings}
+        values |= {f"mu_{k}": self._moment(k, links) for k in links}
+        values |= {f"m_{f}": sum(links[k].mass for k in chain) for f, chain in enumerate(made.floats)}
+        for pin in made.pins:
+            values[f"m_{pin.name}"] = sum(links[k].mass for k in pin.links)
+            for chain, name in pin.bases:
+                values[name] = sum(links[k].mass for k in pin.links if self.places[k].chain == chain)
+            values |= {f"mu_{pin.name}_{k}": self._moment(k, pin.links) for k in pin.arms}
+        for joint in loose:
+            apart = self.vector(joint.journal, joint.bearing)
+            own = joint.numbers | dict(zip(("rx0", "ry0"), apart.fixed, strict=True))
+            values |= {f"{word}_{joint.name}": value for word, value in own.items()}
+            values |= {f"D_{joint.name}_{k}": arm for k, arm in apart.arms.items()}
+        for beam in made.beams:
+            link, arms = links[beam.link], self.places[beam.link].arms
+            values |= _bending(link) | {f"L_{link.name}_{k}": arm for k, arm in arms.items()}
+            values |= stretch.numbers(link) if beam.axial else {}
+        return values
+
+    def span(self, name: str, pins: Mapping[str, Pin]) -> structure.Span:
+        """The vector between two pins of a spring or a load, or to its one, in the equations' structure."""
+        vector = self.vector(*pins.values())
+        return structure.Span(name, tuple(vector.arms), vector.bases)
+
+    def span_numbers(self, name: str, pins: Mapping[str, Pin]) -> dict[str, float]:
+        """Its constant part and its arms, m, by name."""
+        vector = self.vector(*pins.values())
+        x, y = vector.fixed
+        return {f"x0_{name}": x, f"y0_{name}": y} | {f"D_{name}_{k}": arm for k, arm in vector.arms.items()}
+
+    def _floats(self) -> tuple[tuple[str, ...], ...]:
+        """Names of the links of each floating chain."""
+        chains = {place.chain for place in self.places.values()} - {None}
+        of = {name: self.places[name].chain for name in self.links}
+        return tuple(tuple(name for name in of if of[name] == chain) for chain in sorted(chains))
+
+    def _clearances(self, joint: Joint) -> Iterator[structure.Clearance]:
+        """A bearing, or the corners of a slider."""
+        one = self._clearance(joint)
+        corners = structure.CORNERS.values() if joint.prismatic else (None,)
+        for name, corner in zip(joint.contacts, corners, strict=True):
+            yield replace(one, name=name, joint=joint.name, corner=corner) if corner else one
+
+    def _clearance(self, joint: Joint) -> structure.Clearance:
+        pins = joint.journal, joint.bearing
+        vector, friction = self.vector(*pins), joint.friction or FRICTIONLESS
+        bends = [pin.link in self.links and self.links[pin.link].elastic for pin in pins]
+        ends = [("end" if pin.at else "start") * bent for pin, bent in zip(pins, bends, strict=True)]
+        return structure.Clearance(
+            name=joint.name,
+            journal=joint.journal.link,
+            bearing=joint.bearing.link,
+            arms=tuple(vector.arms),
+            bases=vector.bases,
+            law=joint.contact.law,
+            tension=joint.contact.tension,
+            friction=friction.law if friction.rubs else "none",
+            viscous=friction.viscous > 0,
+            ends=tuple(ends),
+        )
+
+    def _pin(self, link: str) -> structure.Pin:
+        """The joint that holds a link, and the links, arms and masses of chains beyond it."""
+        parent, moved = self.places[link].parent, [link]
         for name, place in self.places.items():
-            if place.holder in names:
-                names.append(name)
-        return names
+            if place.holder in moved:
+                moved.append(name)
+        arms = dict.fromkeys(k for j in moved for k in (*self.places[j].arms, j))
+        chains, pin = dict.fromkeys(self.places[k].chain for k in moved), f"m_{parent.name}"
+        bases = tuple((f, pin if len(chains) == 1 else f"{pin}_{f}") for f in chains if f is not None)
+        sign = 1 if parent.bearing.link == link else -1
+        return structure.Pin(parent.name, sign, tuple(arms), bases, tuple(moved))
 
-    def bases(self, link: str) -> tuple[tuple[int, str], ...]:
-        """Chains with links beyond the joint that holds a link, and the name of their mass there."""
-        moved, pin = self.carried(link), self.places[link].parent.name
-        chains = dict.fromkeys(self.places[k].chain for k in moved)
-        alone = len(chains) == 1
-        return tuple((f, f"m_{pin}" if alone else f"m_{pin}_{f}") for f in chains if f is not None)
+    def _beam(self, link: Link) -> structure.Beam:
+        place, beam = self.places[link.name], link.beam
+        modes = beam.size, tuple(place.arms), place.chain, beam.damping_ratio > 0, 2 * beam.axial
+        return structure.Beam(link.name, *modes)
 
-    def couplings(self) -> tuple[tuple[str, str], ...]:
+    def _slide(self, name: str, link: str) -> structure.Slide:
+        place, base, inner = self.places[link], self.base(link), self._inner(link)
+        own = place.holder, place.chain, base.slides[name]
+        return structure.Slide(name, link, *own, tuple(base.arms), inner)
+
+    def _closure(self, joint: Joint, unknowns: tuple[Unknown, ...]) -> structure.Closure:
+        vector = self.closure(joint)
+        names = joint.name, joint.journal.link, joint.bearing.link
+        return structure.Closure(*names, tuple(vector.arms), tuple(vector.slides.items()), unknowns)
+
+    def _couplings(self) -> tuple[tuple[str, str], ...]:
         """Pairs of links (each once) whose angles share an entry of the mass matrix."""
         moving = [{*place.arms, name} for name, place in self.places.items()]  # that move its centre
         pairs = combinations_with_replacement(self.links, 2)
         return tuple(pair for pair in pairs if any({*pair} <= links for links in moving))
 
-    def inertia(self, k: str, m: str) -> float:
+    def _inertia(self, k: str, m: str) -> float:
         """H_km = sum_j m_j L_jk L_jm + m_m s_m L_mk + m_k s_k L_km + delta_km J_k."""
         total = sum(link.mass * self._arm(j, k) * self._arm(j, m) for j, link in self.links.items())
         for a, b in ((k, m), (m, k)):
             total += self.links[b].mass * self.links[b].centre * self._arm(b, a)
         return total + (self.links[k].inertia if k == m else 0.0)
 
-    def moment(self, k: str, among: Collection[str]) -> float:
+    def _moment(self, k: str, among: Collection[str]) -> float:
         """mu_k = sum_j m_j L_jk + m_k s_k over the links of these names."""
         own = self.links[k].mass * self.links[k].centre if k in among else 0
         return own + sum(self.links[j].mass * self._arm(j, k) for j in among)
 
     def _arm(self, j: str, k: str) -> float:
         return self.places[j].arms.get(k, 0.0)
+
+
+def _bending(link: Link) -> dict[str, float]:
+    """Modal numbers S, I, omega^2, 2 xi omega, end slopes, gauge; rates and accelerations given as 0."""
+    modes, xi = modal(link), link.beam.damping_ratio
+    rows = {
+        "S": modes.force,
+        "I": modes.moment,
+        "k": modes.frequency**2,
+        "c": 2 * xi * modes.frequency,
+        "start": modes.slope_start,
+        "end": modes.slope_end,
+        "gauge": modes.gauge,
+        "rate": 0 * modes.frequency,
+        "acc": 0 * modes.frequency,
+    }
+    return {f"{word}_{link.name}_{i}": float(v) for word, row in rows.items() for i, v in enumerate(row)}
 
 
 def decomposed(mechanism: Mechanism, first: str | None) -> Plan | None:

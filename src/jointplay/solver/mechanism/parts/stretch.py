@@ -10,14 +10,14 @@ whose frequencies are 0.3 % and 15 % above π/2 and 3 π/2 of the bar. Assumptio
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from jointplay.display.errors import Problem
 from jointplay.solver.equations.structure import Beam as Structure
-from jointplay.solver.mechanism.loops.kinematic_chains import Forest
 from jointplay.solver.mechanism.parts.beam import Link, area, line_density, modal
 from jointplay.solver.mechanism.records import Mechanism
 
@@ -82,10 +82,13 @@ def numbers(link: Link) -> dict[str, float]:
 
 
 def problems(
-    mechanism: Mechanism, forest: Forest, beams: tuple[Structure, ...], order: str
+    mechanism: Mechanism, places: Mapping[str, Any], beams: tuple[Structure, ...], order: str
 ) -> Iterator[Problem]:
-    """List the problems of links that stretch; keys are relative to the table that holds the mechanism."""
-    held = [place.sides for place in forest.places.values() if place.parent is not None]
+    """List the problems of links that stretch; keys are relative to the table that holds the mechanism.
+
+    `places` are those of the links' origins (`kinematic_chains.Place`).
+    """
+    held = [place.sides for place in places.values() if place.parent is not None]
     ends = [end.pins.values() for end in (*mechanism.springs, *mechanism.loads)]
     for i, link in enumerate(mechanism.links):
         name, key = link.name, f"mechanism.links[{i}].beam.axial"
