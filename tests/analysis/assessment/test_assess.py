@@ -305,7 +305,7 @@ def test_edges_stand_where_the_time_ends_behind_them(monkeypatch):
     def late(*_):
         raise OutOfTime
 
-    monkeypatch.setattr(assess, "beside", late)
+    monkeypatch.setattr(assess, "either_side", late)
     motion = present(LOOSE.replace(clearance=2.35e-5), None, BRIEF)
     given = {"turns": 5, "how": BRIEF, "limit": 1e3, "known": {}, "side": "below"}
     search = Search(1.06, 0.0025, 2e-3, 1e-6)

@@ -504,7 +504,7 @@ def test_an_orbit_off_the_line_is_of_the_branch_if_newtons_first_step_leads_ther
     places = [place(1.0, 1.0, radius), place(2.0, 1.1, radius)]
     walk = Walk(Branch(mechanism, "joints.B.clearance", 1), places, 1, 1.0, 0.1)
     walk.step = 0.1
-    assert (walk.beside(4.0, walk.places[-1]) is not None) == found
+    assert (walk.orbit_at(4.0, walk.places[-1]) is not None) == found
     assert asked == tried
 
 

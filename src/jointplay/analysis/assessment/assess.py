@@ -21,7 +21,7 @@ from pydantic import Field
 
 from jointplay.analysis import rules
 from jointplay.analysis.assessment.alternatives import hangs_on, variants
-from jointplay.analysis.assessment.curves import END, VALUES, Scene, beside, curve, ratios
+from jointplay.analysis.assessment.curves import END, VALUES, Scene, curve, either_side, ratios
 from jointplay.analysis.assessment.edges import HOW, SIDES, Search, edges
 from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN, WORK, forces
 from jointplay.analysis.assessment.page import (
@@ -448,7 +448,7 @@ def sided(
             return answer
         scene = Scene(here, key, here.end, turns, how)
         try:
-            return answer | {"beside": beside(scene, edge / scene.present, search.step)}
+            return answer | {"beside": either_side(scene, edge / scene.present, search.step)}
         except OutOfTime:  # what was found stands, until there is time for the whole
             return answer | {"status": NOT_RUN}
 

@@ -54,7 +54,7 @@ FAR, NEAR = 0.2, 0.03  # margins above which steps are the longest, and below wh
 FALL = 0.5  # share of the margin that a step may take away
 STRONG, WEAK = 0.7, 0.9  # largest multipliers likewise; above the latter the sharper tolerance
 RISE = 0.5  # share of its distance from 1 by which the largest multiplier may come nearer in a step
-ASTRAY = 0.5  # of the step to the place expected: how far an orbit may lie from it
+OFFSET = 0.5  # of the step to the place expected: how far an orbit may lie from it
 ALIKE = 0.01  # clearances that it may in any case, and more where both are strongly stable and keep contact
 UNSEEN = 5e-6  # residual of a strongly stable orbit, in units of the scales: the step from there is the last
 NEARBY = 0.1  # of the residual, left by the first step of Newton's method: no other orbit is as near
@@ -194,7 +194,7 @@ class Walk:
         What is followed.
     places : list of Place
         From the present value outward.
-    way : int
+    sense : int
         1 towards larger sizes of the parameter, -1 towards smaller ones.
     limit : float
         Distance of the last value from the first, in the logarithm.
@@ -204,14 +204,14 @@ class Walk:
 
     branch: Branch
     places: list[Place]
-    way: int
+    sense: int
     limit: float
     short: float
     step: float = 0.0
 
     def value(self, distance: float) -> float:
         """Value of the parameter at a distance from the first place, in the logarithm."""
-        return self.places[0].value * math.exp(self.way * distance)
+        return self.places[0].value * math.exp(self.sense * distance)
 
     def distance(self, value: float) -> float:
         """Distance of a value from the first place's, in the logarithm."""
@@ -239,7 +239,7 @@ class Walk:
         self.step = min(self.step or regular, regular)
         while since < self.limit * (1 - 1e-12):
             distance = min(since + self.step, self.limit)
-            found = self.beside(self.value(distance), last)
+            found = self.orbit_at(self.value(distance), last)
             if found is None and self.step <= SHORTEST:
                 return None
             if found is None:
@@ -258,7 +258,7 @@ class Walk:
         since = self.distance(self.places[-1].value)
         return self.value(since + SHORTEST) if since < self.limit * (1 - 1e-12) else None
 
-    def beside(self, value: float, last: Place) -> Place | None:
+    def orbit_at(self, value: float, last: Place) -> Place | None:
         """The orbit of the branch at a value, found from the last two; None if it is not near there."""
         section = last.orbit.map
         guess, moved = expected(value, last, self.places[-2] if len(self.places) > 1 else None)
@@ -268,10 +268,10 @@ class Walk:
             found = self.branch.at(value, section, guess, not rough, unseen)
             if found is None or found.orbit.map.phase != section.phase:
                 return found
-            astray = np.linalg.norm(_positions(section, section.differ(found.orbit.state, guess)))
+            offset = np.linalg.norm(_positions(section, section.differ(found.orbit.state, guess)))
             quiet = rough and last.margin > 0 and found.margin > 0
-            allowed = max(ASTRAY * moved, ALIKE * turned)
-            near = quiet or found.orbit.contraction < NEARBY or astray <= allowed
+            allowed = max(OFFSET * moved, ALIKE * turned)
+            near = quiet or found.orbit.contraction < NEARBY or offset <= allowed
             if near and found.sure if unseen else (near or self.step <= SHORTEST):
                 return found
         return None

@@ -76,9 +76,9 @@ def curve(here: Settled, key: str, start: Any, turns: int, how: Plan) -> dict[st
     stands(0.4, name)
     rows = scene.rows(where[:middle][::-1])[::-1] + above
     changes = []
-    for way in (-1, 1):
-        stands(0.85 + 0.05 * way, name)
-        changes.append(scene.change(rows, where, way))
+    for sense in (-1, 1):
+        stands(0.85 + 0.05 * sense, name)
+        changes.append(scene.change(rows, where, sense))
     answer = columns(rows, ("status", "period", "lost", "grade", "peak", "ideal", "impact_speed"))
     answer["statuses"] = answer.pop("status")
     return answer | {"ratio": where, "change": np.array(changes)}
@@ -97,7 +97,7 @@ class Scene:
         over_clearance = key.rsplit(".", 1)[-1] == "clearance"
         self.smooth = self.mechanism.replace(clearance=0.0) if over_clearance else None
         first = None if here.orbit is None else self.branch.first(self.present, here.orbit)
-        self.walks = {way: first and Walk(self.branch, [first], way, math.inf, STEP) for way in (-1, 1)}
+        self.walks = {sense: first and Walk(self.branch, [first], sense, math.inf, STEP) for sense in (-1, 1)}
 
     def rows(self, where: np.ndarray) -> list[dict[str, Any]]:
         """Rows of a curve at values over the present one, which lie outward from it."""
@@ -180,15 +180,15 @@ class Scene:
         near = approached(there, self.branch.map(value, there.map.rtol), motion.end.state)
         return on_orbit(motion.mechanism, there, self.how) if near else None
 
-    def change(self, rows: list[dict[str, Any]], where: np.ndarray, way: int) -> np.ndarray:
+    def change(self, rows: list[dict[str, Any]], where: np.ndarray, sense: int) -> np.ndarray:
         """The last place with the present grade on a side, and the first with another one, as `END`.
 
         The second one is NaN where it is not met. Where the change seems to be to a motion that has not
         settled, those are followed longer; so is that of the row, which may be as before then.
         """
-        known = [*zip(map(float, where), rows, strict=True)][len(where) // 2 :: way]
+        known = [*zip(map(float, where), rows, strict=True)][len(where) // 2 :: sense]
         inner, end = known[0], known[-1][0]
-        farther = (end * 2.0 ** (way * n) for n in range(1, round(math.log2(FARTHER)) + 1))
+        farther = (end * 2.0 ** (sense * n) for n in range(1, round(math.log2(FARTHER)) + 1))
         for ratio, row in chain(known[1:], ((ratio, self._row_at(ratio)) for ratio in farther)):
             if "grade" not in row or "grade" not in inner[1]:
                 break
@@ -230,7 +230,7 @@ def _begun(mechanism: Mechanism, changes: Any, start: Any, section: Section) -> 
     return {"status": 0, "mechanism": place, "model": placed(place, start, section), "motion": None}
 
 
-def beside(scene: Scene, edge: float, step: float) -> np.ndarray:
+def either_side(scene: Scene, edge: float, step: float) -> np.ndarray:
     """An edge as a change of the grade, with motions a step before and after it, as far as there is time."""
     found, away = np.full((2, len(END)), np.nan), math.log(edge)
     with suppress(OutOfTime):

@@ -55,7 +55,7 @@ from jointplay.solver.motion.eligibility import batch
 from jointplay.solver.motion.progress import OutOfTime, stands
 
 SIDES = {"below": -1, "above": 1}
-WAYS = {"below": "downward", "above": "upward"}
+SENSES = {"below": "downward", "above": "upward"}
 HOW = ("not_met", "bracketed", *SPECIAL, "irregular")
 CARRIED = 0.3  # of the transient and of an exponent's turns, for a motion that begins from its neighbour's
 PINPRICK, WIDENED, HALVED = 1e-5, 4.0, 4  # first relative distance to a window's end; factor; halvings then
@@ -80,10 +80,10 @@ class Search:
     accuracy: float
     lasting: float = 0.01
 
-    def values(self, begin: float, way: int) -> np.ndarray:
+    def values(self, begin: float, sense: int) -> np.ndarray:
         """Values after the first, in even steps of the logarithm."""
         count = math.ceil(math.log(self.reach) / math.log1p(self.step))
-        return np.geomspace(begin, begin * self.reach**way, count + 1)[1:]
+        return np.geomspace(begin, begin * self.reach**sense, count + 1)[1:]
 
 
 class Stretch(NamedTuple):
@@ -138,9 +138,9 @@ class Carried:
 
     def begun(self, last: Spot, place: Spot, within: float) -> Spot | None:
         """A place of lasting chaos between two without, `within` a relative distance of the second one."""
-        way = place[0] - last[0]
-        parts = min(within * abs(place[0] / way), 1.0) * np.arange(PROBES, 0, -1) / PROBES
-        places = self.patient(place[0] - parts * way, last[1])
+        step = place[0] - last[0]
+        parts = min(within * abs(place[0] / step), 1.0) * np.arange(PROBES, 0, -1) / PROBES
+        places = self.patient(place[0] - parts * step, last[1])
         ends = (self.lasting(each) for each in places if not each[1].period)
         return next((each for each in ends if each[1].traits["chaos"]), None)
 
@@ -173,10 +173,10 @@ class Carried:
         return self.stretches[asked]
 
     def _stretch(self, last: Spot, place: Spot, name: str, share: float) -> Stretch | None:
-        way = 1 if abs(place[0]) > abs(last[0]) else -1
+        sense = 1 if abs(place[0]) > abs(last[0]) else -1
         long, since = math.log1p(share), log_distance(place[0], last[0])
-        back = self._end(place, name, way, share)
-        begin = back and self._end(place, name, -way, min(share, math.expm1(since)))
+        back = self._end(place, name, sense, share)
+        begin = back and self._end(place, name, -sense, min(share, math.expm1(since)))
         if not back or (not begin and since > long):
             return None
         start = begin[0] if begin else last[0]
@@ -184,11 +184,11 @@ class Carried:
             return None
         return Stretch(*sorted((start, back[0]), key=abs), place[1].period, back[1])
 
-    def _end(self, place: Spot, name: str, way: int, share: float) -> tuple[float, Spot] | None:
+    def _end(self, place: Spot, name: str, sense: int, share: float) -> tuple[float, Spot] | None:
         """End of a trait from a place on: the value, and the place met there; None if not within a share."""
         inner = outer = place
         for distance in _distances(share):
-            inner, outer = outer, self.chaotic(place[0] * (1 + distance) ** way, outer[1])
+            inner, outer = outer, self.chaotic(place[0] * (1 + distance) ** sense, outer[1])
             if outer[1].traits[name] != place[1].traits[name]:
                 break
         else:
@@ -306,16 +306,16 @@ def edges(
         another call goes on.
     """
     given = Parameter(here.mechanism, key)
-    begin, way, name = float(given.value), SIDES[side], f"{given.noun}, {WAYS[side]}"
+    begin, sense, name = float(given.value), SIDES[side], f"{given.noun}, {SENSES[side]}"
     how = Remembering(**vars(how), known=dict(known or {}))
     carried = Carried(here.mechanism, key, how)
     found, status, trouble = Side(here, begin, search.lasting, begin, search.reach, name), 0, ""
     try:
         if here.orbit is None:
             coarse = {"step": CHAOTIC * search.step, "accuracy": max(search.accuracy, search.step / 2)}
-            _carried_along(found, carried, replace(search, **coarse), way)  # finer makes no sense of windows
+            _carried_along(found, carried, replace(search, **coarse), sense)  # finer, windows are no help
         else:
-            _along_orbits(found, carried, search, way)
+            _along_orbits(found, carried, search, sense)
     except OutOfTime:
         status = int(Status.NOT_RUN)
     except Unsettled as error:
@@ -331,31 +331,31 @@ def edges(
     return ended | dict(zip(("edge", "error", "low", "high", "back", "how"), columns, strict=True))
 
 
-def _along_orbits(side: Side, carried: Carried, search: Search, way: int) -> None:
+def _along_orbits(side: Side, carried: Carried, search: Search, sense: int) -> None:
     """Follow the present orbit, and those of its period behind its ends; then motions beyond them."""
     here, begin, limit = side.here, side.limit, math.log(search.reach)
     branch = Branch(here.mechanism, carried.key, here.period, carried.how.max_steps)
     place = branch.first(begin, here.orbit)
     if place is None or not place.stable:  # it is not found once more: its motion is carried
-        _carried_along(side, carried, search, way)
+        _carried_along(side, carried, search, sense)
         return
     for _ in range(BRANCHES):
-        walk = Walk(branch, [place], way, limit - log_distance(place.value, begin), search.step)
+        walk = Walk(branch, [place], sense, limit - log_distance(place.value, begin), search.step)
         if (end := _along_branch(side, walk)) is None:
             return
         inner, outer, kind = end
         if kind in SURE and side.changed(here.traits | {"doubling": True}):
             side.change("doubling", inner.value, outer, kind)  # however long the next motion takes to settle
         last = inner.value, replace(here, end=here.end._replace(state=inner.at_start(), journals=None))
-        held = _held(side, inner.value, way) if kind == ENDED else inner.value
-        first = _behind(side, carried, search, (last, held, outer, kind), way)
+        held = _held(side, inner.value, sense) if kind == ENDED else inner.value
+        first = _behind(side, carried, search, (last, held, outer, kind), sense)
         place = branch.first(first[0], first[1].end.state) if first[1].period == here.period else None
         if place is None or not place.stable:
             break
-    _beyond(side, carried, search, first, way, limit - log_distance(first[0], begin))
+    _beyond(side, carried, search, first, sense, limit - log_distance(first[0], begin))
 
 
-def _held(side: Side, end: float, way: int) -> float:
+def _held(side: Side, end: float, sense: int) -> float:
     """Value up to which an orbit has surely not ended: its tolerance moves its end.
 
     Where it is stable over less than that, the middle since the last window.
@@ -363,15 +363,15 @@ def _held(side: Side, end: float, way: int) -> float:
     far = log_distance(end, side.begin)
     ends = (log_distance(each, side.begin) for window in side.windows.values() for each in window[:2])
     since = max((each for each in ends if each <= far), default=0.0)
-    return side.begin * math.exp(way * max(far - SHORTEST, (since + far) / 2))
+    return side.begin * math.exp(sense * max(far - SHORTEST, (since + far) / 2))
 
 
-def _behind(side: Side, carried: Carried, search: Search, end: BranchEnd, way: int) -> Spot:
+def _behind(side: Side, carried: Carried, search: Search, end: BranchEnd, sense: int) -> Spot:
     """The motion behind the end of an orbit: of its period, or at the end of what a change has to last."""
     last, held, outer, kind = end
-    values = [outer * (1 + search.accuracy) ** way]
+    values = [outer * (1 + search.accuracy) ** sense]
     shares = search.lasting * np.arange(1, PROBES + 1) / PROBES
-    values += [float(last[0] * (1 + share) ** way) for share in shares if share > search.accuracy]
+    values += [float(last[0] * (1 + share) ** sense) for share in shares if share > search.accuracy]
     values = [at for at in values if log_distance(at, side.begin) <= math.log(search.reach)] or [outer]
     soon = carried.soon(values, last[1])
     for spot in soon or carried.patient([values[0], values[-1]][: len(values)], last[1]):
@@ -420,10 +420,10 @@ def _along_branch(side: Side, walk: Walk) -> tuple[Place, float, str] | None:
     return left or (None if walk.ended is None else (before, walk.ended, ENDED))
 
 
-def _beyond(side: Side, carried: Carried, search: Search, first: Spot, way: int, rest: float) -> None:
+def _beyond(side: Side, carried: Carried, search: Search, first: Spot, sense: int, rest: float) -> None:
     """Settle motions on the rest of the way, a length of the logarithm, behind the end of the orbit."""
     count = min(BEYOND, math.ceil(rest / search.step)) if rest > 0 else 0
-    values = [float(v) for v in first[0] * np.exp(way * np.linspace(0.0, rest, count + 1)[1:])]
+    values = [float(v) for v in first[0] * np.exp(sense * np.linspace(0.0, rest, count + 1)[1:])]
     plan = replace(carried.carried, beside=True)
     calls = [partial(_tried, carried.made(value), first[1].end, plan) for value in values]
     last, spots = first, [*zip(values, batch(calls, followed_together), strict=True)]
@@ -432,7 +432,7 @@ def _beyond(side: Side, carried: Carried, search: Search, first: Spot, way: int,
             raise motion
         spot = value, motion
         spot = carried.lasting(spot, LASTING[:1]) if side.unsure(motion) else spot
-        within = [each for at, each in spots[number + 1 :] if abs(at / last[0]) ** way < 1 + search.lasting]
+        within = [each for at, each in spots[number + 1 :] if abs(at / last[0]) ** sense < 1 + search.lasting]
         for name in side.changed(spot[1].traits):
             if any(isinstance(m, Settled) and side.like_here(name, m.traits, m.period) for m in within):
                 side.change(name, last[0], value, "bracketed")  # a window
@@ -450,11 +450,11 @@ def _tried(mechanism: Mechanism, start: Any, how: Plan) -> Settled | Unsettled:
         return error
 
 
-def _carried_along(side: Side, carried: Carried, search: Search, way: int) -> None:
+def _carried_along(side: Side, carried: Carried, search: Search, sense: int) -> None:
     """Carry a motion without a period from value to value."""
     here, begin = side.here, side.limit
     trail: list[Spot] = [(begin, here)]
-    carried.lasts[here, LASTING], values = here, search.values(begin, way)
+    carried.lasts[here, LASTING], values = here, search.values(begin, sense)
     while len(values) and not all(each[-1] for each in side.found.values()):
         spot = carried.chaotic(float(values[0]), trail[-1][1])
         if side.changed(spot[1].traits) or side.returned(spot[1].traits, spot[1].period):

@@ -166,13 +166,13 @@ def _sharp(mechanism: Mechanism, start: Any, how: Plan, turns: int = 1) -> Secti
 
 
 def _sought(
-    mechanism: Mechanism, start: Any, looks: tuple[int, ...], how: Plan
+    mechanism: Mechanism, start: Any, waits: tuple[int, ...], how: Plan
 ) -> tuple[Settled | None, End]:
     """The stable orbit that a motion approaches, if one is found; and where the motion stands."""
     section = _sharp(mechanism, start, how)
     state, status = on_section(section)
     points = [state]
-    for turns in looks:
+    for turns in waits:
         for _ in range(turns):
             image = section.image(points[-1], False)
             if status := status or image.status:

@@ -84,7 +84,7 @@ SOLVED = 0.1  # tolerance of the tangents' iteration, in those of a step
 ASIDE, ROOM = 1e-9, 10.0  # of the period, and tolerances: so far from an event a run stops on both sides
 SAMPLES, CLOSER, ROUNDS = 4096, 33, 2  # of a turn; about the largest; how often
 DEGREE, SHARPER, LEAST = 6, 1e-2, 1e-13  # of the polynomial; tolerance of its run in that of the motion's
-ASTRAY = 1e-2  # relative difference of a largest value between the two runs
+UNLIKE = 1e-2  # relative difference of a largest value between the two runs
 STEP = 1e-40  # of the complex step
 
 
@@ -563,7 +563,7 @@ def peak(model: Model, key: str, sign: float, end: float, turns: float, rtol: fl
         return Peak(at, "start" if at == 0.0 else "end", sign * float(found[top]))
     samples = _followed(model, end, max(SHARPER * rtol, LEAST), times, limit).samples
     place, most = _top(samples[:, 0], sign * values(model, samples, key), at)
-    if abs(most - found[top]) > ASTRAY * abs(found[top]):  # another motion: this one depends on the tolerance
+    if abs(most - found[top]) > UNLIKE * abs(found[top]):  # another motion: this one depends on the tolerance
         place, most = at, found[top]
     return Peak(place, "within", sign * most)
 

@@ -298,12 +298,12 @@ def _adaptive(starts, axes, levels: int, extra, observation, progress, n_jobs):
     return (*columns, [states[row] for row in rows]), subdivision.variables(computed, level)
 
 
-def _alike(tolerance: float, looks: list[tuple[int, int, np.ndarray]]) -> bool:
+def _alike(tolerance: float, motions: list[tuple[int, int, np.ndarray]]) -> bool:
     """Whether motions end alike: as badly, or on one attractor."""
-    if len({look[:2] for look in looks}) > 1:
+    if len({motion[:2] for motion in motions}) > 1:
         return False
-    ends = [look[2] for look in looks if len(look[2])]
-    return not ends or len({*match(np.full(len(ends), looks[0][1]), ends, tolerance).labels}) == 1
+    ends = [motion[2] for motion in motions if len(motion[2])]
+    return not ends or len({*match(np.full(len(ends), motions[0][1]), ends, tolerance).labels}) == 1
 
 
 def random_pairs(axes: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -94,8 +94,8 @@ def alike(contrast: float) -> Callable[[list[tuple[Features, ...]]], bool]:
         apart, error = abs(one.exponent - other.exponent), hypot(one.error, other.error)
         return not apart > contrast or apart <= ERRORS * error
 
-    def equal(looks: list[tuple[Features, ...]]) -> bool:
-        pairs = combinations(dict.fromkeys(looks), 2)
+    def equal(features: list[tuple[Features, ...]]) -> bool:
+        pairs = combinations(dict.fromkeys(features), 2)
         return all(same(a, b) for one, other in pairs for a, b in zip(one, other, strict=True))
 
     return equal
@@ -194,7 +194,7 @@ def _told(dataset: xr.Dataset) -> list[str]:
     dims = [str(dim) for dim in words.dims if dim not in beside]
     lines = codes.failures(dataset, dims)
     stacked = words.transpose(*beside, *dims).values.reshape(-1, *(dataset.sizes[dim] for dim in dims))
-    names = _ways(words, beside)
+    names = _sweep_names(words, beside)
     axes = [dataset[dim] for dim in dims]
     if all(np.array_equal(stacked[0], other) for other in stacked[1:]):
         return [*lines, codes.told(stacked[0], axes), *_windows(stacked[0], axes)]
@@ -229,7 +229,7 @@ def _differ(words: np.ndarray) -> np.ndarray:
     return np.logical_or.reduce([*apart, np.zeros(words.shape[1:], dtype=bool)])
 
 
-def _ways(words: xr.DataArray, beside: Sequence[str]) -> list[str]:
+def _sweep_names(words: xr.DataArray, beside: Sequence[str]) -> list[str]:
     """Names of the sweeps along directions and starts."""
     names = [""]
     for dim in beside:

@@ -305,7 +305,7 @@ def _halved(
 
 
 @dataclass(frozen=True)
-class Beside:
+class EdgeShare:
     """Share of an event by its edges.
 
     Parameters
@@ -328,7 +328,7 @@ class Beside:
 
 def by_edges(
     edges: Edges, design: Design, scores: np.ndarray, outcome: np.ndarray, look: Look, runs: int
-) -> Beside | None:
+) -> EdgeShare | None:
     """The share of an event by its edges, samples and further runs; None where samples contradict the edges.
 
     Parameters
@@ -365,4 +365,4 @@ def by_edges(
     value = in_band(known == YES, sure, share)[0]
     low, high = in_band(codes == YES, sure, share)[1], in_band(codes != NO, sure, share)[2]
     interval = value, max(low - unknown, 0.0), min(high + unknown, 1.0)
-    return Beside(interval, half, most_exceptions(0, int(np.sum(far & decided))), len(codes))
+    return EdgeShare(interval, half, most_exceptions(0, int(np.sum(far & decided))), len(codes))

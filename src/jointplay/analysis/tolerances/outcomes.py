@@ -44,7 +44,7 @@ SHARP = ("sliding_work", "impact_loss", "friction_loss")  # integrals, which nee
 
 
 @dataclass(frozen=True)
-class Asked:
+class Questions:
     """Questions about each sample.
 
     Parameters
@@ -81,7 +81,7 @@ def outcomes(
     mechanism: Mechanism | TestSystem,
     changes: Sequence[Mapping[str, float]],
     initial: Any,
-    asked: Asked,
+    questions: Questions,
     ends: Sequence[Sequence[Any]] | None = None,
 ) -> dict[str, Any]:
     """Answers of some samples, each with its changes of the mechanism and of the start.
@@ -90,7 +90,7 @@ def outcomes(
     ----------
     mechanism, changes, initial
         What moves, what each sample changes, and where it starts.
-    asked : Asked
+    questions : Questions
         What is asked; of a round, with its plan.
     ends : sequence, optional
         Where motions that are followed on stand, as ``open`` has them.
@@ -102,14 +102,14 @@ def outcomes(
         (of `OUTCOMES`, over events too) and ``quantity`` (over quantities too); ``open`` has where motions
         stand that have neither a period nor chaos, by the sample's number as a text.
     """
-    shared = {"mechanism": mechanism, "initial": initial, "section": asked.plan.section}
+    shared = {"mechanism": mechanism, "initial": initial, "section": questions.plan.section}
     made = [guarded(_made, shared | {"changes": each}) for each in changes]
     ready = [i for i, each in enumerate(made) if not each["status"]]
     if ends is not None:
         for i in ready:
             made[i]["point"] = (made[i]["point"][0], End.read(ends[i]))
-    motions = dict(zip(ready, _settled([made[i]["point"] for i in ready], asked.plan), strict=True))
-    rows = [_answer(motions.get(i, made[i]), made[i], asked) for i in range(len(changes))]
+    motions = dict(zip(ready, _settled([made[i]["point"] for i in ready], questions.plan), strict=True))
+    rows = [_answer(motions.get(i, made[i]), made[i], questions) for i in range(len(changes))]
     return {
         "status": 0,
         "ended": np.array([row["status"] for row in rows], dtype=np.int8),
@@ -142,51 +142,51 @@ def _settled(points: Sequence[tuple[Any, Any]], plan: Plan) -> list[dict[str, An
     return [guarded(settle, {"mechanism": m, "start": start, "plan": plan}) for m, start in points]
 
 
-def _answer(found: Mapping[str, Any], made: Mapping[str, Any], asked: Asked) -> dict[str, Any]:
+def _answer(found: Mapping[str, Any], made: Mapping[str, Any], questions: Questions) -> dict[str, Any]:
     """Outcome of each event and value of each quantity of a sample."""
-    none = {"event": [FAILED] * len(asked.events), "quantity": [np.nan] * len(asked.quantities)}
+    none = {"event": [FAILED] * len(questions.events), "quantity": [np.nan] * len(questions.quantities)}
     if found["status"]:
         return {"status": found["status"], "trouble": found.get("trouble", "")} | none
     mechanism, start = made["point"]
     motion = Settled(mechanism, found["end"], found["values"])
     period = {"status": 0, "period": int(motion.value("period"))}
     if period["period"] == 0 and not motion.traits["chaos"]:  # what was looked for was not found
-        return none | period | {"event": [UNDECIDED] * len(asked.events), "end": motion.end}
+        return none | period | {"event": [UNDECIDED] * len(questions.events), "end": motion.end}
     try:
-        if not asked.plan.transient:  # what is looked at begins with the start
+        if not questions.plan.transient:  # what is looked at begins with the start
             motion = replace(motion, end=End(state_names(start), start.state, start.crank_angle))
-        values = _quantities(motion, asked)
+        values = _quantities(motion, questions)
     except Unsettled as error:
         return none | {"status": error.status, "trouble": f"{error} while quantities were looked at"}
-    events = [int(motion.traits[name]) for name in asked.events]
-    return period | {"event": events, "quantity": [values[name] for name in asked.quantities]}
+    events = [int(motion.traits[name]) for name in questions.events]
+    return period | {"event": events, "quantity": [values[name] for name in questions.quantities]}
 
 
-def _quantities(motion: Settled, asked: Asked) -> dict[str, float]:
+def _quantities(motion: Settled, questions: Questions) -> dict[str, float]:
     """Values of the quantities that are asked of a motion."""
     values: dict[str, float] = {}
     joints = motion.mechanism.contacts if isinstance(motion.mechanism, Mechanism) else ()
-    split = {name: name.partition(":")[::2] for name in asked.quantities}
+    split = {name: name.partition(":")[::2] for name in questions.quantities}
     for name, (head, label) in split.items():
         if head in (*PLAIN, *COUNTED):
             given = motion.value(head)
             values[name] = float(np.asarray(given)[joints.index(label)] if label else given)
-    turns = min(asked.plan.turns, LOOKED * motion.period) if motion.period else asked.plan.turns
+    turns = min(questions.plan.turns, LOOKED * motion.period) if motion.period else questions.plan.turns
     if {head for head, _ in split.values()} & {*OF_JOINT}:
-        values |= _of_joints(motion, turns, asked, split)
+        values |= _of_joints(motion, turns, questions, split)
     if course := {n: (h, k) for n, (h, k) in split.items() if h in selection.POINTS}:
-        values |= _of_course(motion, turns, asked.plan, course)
+        values |= _of_course(motion, turns, questions.plan, course)
     return values
 
 
 def _of_joints(
-    motion: Settled, turns: int, asked: Asked, split: Mapping[str, tuple[str, str]]
+    motion: Settled, turns: int, questions: Questions, split: Mapping[str, tuple[str, str]]
 ) -> dict[str, float]:
     """Forces, speeds of impacts, pressures and losses."""
     wanted = {name: pair for name, pair in split.items() if pair[0] in OF_JOINT}
     brief = not any(head in SHARP for head, _ in wanted.values())
     turns = turns if brief else max(turns, 2)  # whose scatter is looked at
-    found = forces(motion, turns, asked.plan, brief=brief, **({"per_turn": SAMPLES} if brief else {}))
+    found = forces(motion, turns, questions.plan, brief=brief, **({"per_turn": SAMPLES} if brief else {}))
     names, values = list(found["names"]), {}
     for name, (head, label) in wanted.items():
         if head == "pressure":

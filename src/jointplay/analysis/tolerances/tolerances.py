@@ -43,7 +43,7 @@ from jointplay.analysis.tolerances.outcomes import (
     OUTCOMES,
     UNDECIDED,
     YES,
-    Asked,
+    Questions,
     outcomes,
     rounds,
     usual_events,
@@ -464,14 +464,14 @@ def tolerances(
     quantities = tuple(dict.fromkeys([*(of or ()), *names]))
     lanes = in_lanes(motion["ensemble"], mechanism, motion["rtol"], samples)
     how = plan(motion["transient"], turns, lyapunov_turns, motion["rtol"], motion["max_steps"])
-    asked = Asked(replace(how, section=section, ensemble=lanes), own_events, quantities)
+    questions = Questions(replace(how, section=section, ensemble=lanes), own_events, quantities)
     run = partial(_run, mechanism, motion["initial"], design, n_jobs=motion["n_jobs"])
     tell = [part(motion["progress"], *pair) for pair in pairwise(PARTS)]
     undivided = correlation is not None or len(design.factors) < 2  # no shares of causes
     rows = min((0 if undivided else ROWS) if shares is None else shares, samples)
     factors = design.drawn(samples)
     own = design.scores(factors[:, : len(design.factors)])
-    main, *mixed = run(asked, names, [own, *(_mixed(design, factors[:rows]) if rows else [])], tell[0])
+    main, *mixed = run(questions, names, [own, *(_mixed(design, factors[:rows]) if rows else [])], tell[0])
     table = _labels(mechanism, design, main, names) | _of_samples(main, sequence == "sobol")
     if rows:
         table |= _causes(main.part(slice(rows)), mixed, seed)
@@ -484,7 +484,7 @@ def tolerances(
     if edge is not None:
         ((event, key),) = edge.items()
         of_edge, attributes["edge_parameter"] = parameter_words(mechanism, key), key
-        alone = replace(asked, events=(event,) * (event in SAID), quantities=(event,) * (event in names))
+        alone = replace(questions, events=(event,) * (event in SAID), quantities=(event,) * (event in names))
         limit = {name: each for name, each in names.items() if name == event}
         table |= _edge(
             lambda scores: run(alone, limit, [scores], tell[1])[0].outcome(_named(event)),
@@ -534,9 +534,9 @@ class Found:
     quantity: np.ndarray
 
     @classmethod
-    def none(cls, values: np.ndarray, asked: Asked) -> Found:
+    def none(cls, values: np.ndarray, questions: Questions) -> Found:
         """Nothing yet: each sample has failed."""
-        n, (events, quantities) = len(values), (asked.events, asked.quantities)
+        n, (events, quantities) = len(values), (questions.events, questions.quantities)
         ended, trouble, period = np.zeros(n, np.int8), np.full(n, "", dtype=object), np.full(n, -1, np.int32)
         event, quantity = np.full((n, len(events)), FAILED, np.int8), np.full((n, len(quantities)), np.nan)
         return cls(values, ended, trouble, period, events, event, quantities, quantity)
@@ -579,7 +579,7 @@ def _run(
     mechanism: Any,
     initial: Any,
     design: Design,
-    asked: Asked,
+    questions: Questions,
     limits: Mapping[str, float],
     parts: Sequence[np.ndarray],
     progress: Any,
@@ -588,15 +588,15 @@ def _run(
     """Follow samples at normal scores, those of each part by themselves; what stays open is followed on."""
     values = design.values(np.concatenate(parts))
     bounds = np.cumsum([0, *map(len, parts)])
-    whole = Found.none(values, asked)
+    whole = Found.none(values, questions)
     blocks = [
         np.arange(i, min(i + BLOCK, end)) for begin, end in pairwise(bounds) for i in range(begin, end, BLOCK)
     ]
     shared = {"mechanism": mechanism, "initial": initial}
-    ready = partial(_warm, mechanism, asked.plan.ensemble)
+    ready = partial(_warm, mechanism, questions.plan.ensemble)
     ends: dict[int, Any] = {}
-    for plan_ in rounds(asked.plan):
-        shared["asked"] = replace(asked, plan=plan_)
+    for plan_ in rounds(questions.plan):
+        shared["questions"] = replace(questions, plan=plan_)
         cells = [shared | {"changes": design.changes(values[block])} for block in blocks]
         for cell, block in zip(cells, blocks, strict=True) if ends else ():
             cell["ends"] = [ends[i] for i in block]
@@ -749,7 +749,7 @@ def _edge(
         at = np.outer(edges.places, np.arange(len(design.factors)) == factor)
         table["edge_place"] = design.values(at)[:, number]
         table |= _lines(edges, design, number)
-    by = by or estimates.Beside((np.nan,) * 3, np.nan, np.nan, 0)
+    by = by or estimates.EdgeShare((np.nan,) * 3, np.nan, np.nan, 0)
     table |= {"edge_band": by.half_width, "edge_exceptions": by.exceptions, "edge_runs": count + by.runs}
     return table | _ends("edge_share", by.share)
 
