@@ -36,6 +36,7 @@ CALLS = {
     "work": lambda: jp.simulate(LOOSE, turns=0.1, record=["energy_residual"]),
     "a start": lambda: jp.simulate(LOOSE, turns=0.1, initial={"crank_angle": 0.5}),
     "a system": lambda: jp.simulate(PAIR, turns=1),
+    "contacts": lambda: jp.poincare(PAIR, jp.ContactSection(), turns=1),
     "a plane": lambda: jp.poincare(ATTRACTOR, HIGH, duration=1.0),
     "a spectrum": lambda: jp.spectrum(LOOSE, turns=2),
     "exponents": lambda: jp.lyapunov(PAIR, turns=80, exponents=2),

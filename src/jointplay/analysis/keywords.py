@@ -28,7 +28,7 @@ from typing_extensions import TypedDict  # that of `typing` forgets its bases be
 
 from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.period import REPEATS
-from jointplay.analysis.rules import NONE, LeftOut, started
+from jointplay.analysis.rules import NONE, LeftOut, names_of, started
 from jointplay.display.accepted import with_returns
 from jointplay.display.errors import Problem, refuse, warn
 from jointplay.jobs.origin import version
@@ -79,8 +79,8 @@ def analysis(
     Parameters
     ----------
     *rules, **more
-        As in `checked`: rules of which keywords fit together, and what these and the function share. That is
-        always `model`, the mechanism assembled at its start.
+        As in `checked`: rules of which keywords fit together, and what these and the function share. That are
+        always `model`, the mechanism assembled at its start, and `names`, the quantities to record.
     usual : mapping of str to object, optional
         Defaults of shared settings (`Motion`) that are this analysis' own.
     outputs : declared.Outputs, optional
@@ -98,7 +98,7 @@ def analysis(
         def before(given: dict[str, Any]) -> dict[str, Any]:
             return left_out.completed(_as_meant(closes, given))
 
-        told, shared = (*rules, _turns_as_driven(function)), {"model": started} | more
+        told, shared = (*rules, _turns_as_driven(function)), {"model": started, "names": names_of} | more
         made = checked(*told, before=before, after=_warned, **shared)(_signed(reported(function)))
         made.left_out = left_out
         return made

@@ -15,7 +15,7 @@ from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.analysis.keywords import HANDED, Lasting, Moving, Names, analysis
 from jointplay.analysis.labels import Out, xr
 from jointplay.analysis.period import period
-from jointplay.analysis.quantities import EVENTS, recorded
+from jointplay.analysis.quantities import EVENTS
 from jointplay.display.number_text import plain
 from jointplay.solver.mechanism.base import Flag
 from jointplay.solver.mechanism.model import Model
@@ -70,22 +70,23 @@ OUTPUTS = Outputs(
 )
 
 
-def _started(mechanism: Mechanism | TestSystem, initial: Any, section: Any, record: Any) -> Model:
-    return rules.recorded_from(mechanism, initial, section, record)
+def _started(mechanism: Mechanism | TestSystem, initial: Any, section: Any, names: Any = ()) -> Model:
+    return rules.recorded_from(mechanism, initial, section, names)
 
 
 @batchable()
 @analysis(
-    *(rules.length_fits, rules.section_fits, rules.record_fits, ensemble_fits),
+    *(rules.length_fits, rules.section_fits, "names", ensemble_fits),
     model=_started,
     outputs=OUTPUTS,
     left_out=rules.lasting(50, 200),
 )
-def poincare(  # noqa: D417 (nobody gives it the model)
+def poincare(  # noqa: D417 (nobody gives it the model and names)
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
     *,
     model: Model = HANDED,
+    names: tuple[str, ...] = HANDED,
     record: Names | None = None,
     ensemble: Flag | None = None,
     **motion: Unpack[Lasting],
@@ -112,7 +113,6 @@ def poincare(  # noqa: D417 (nobody gives it the model)
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    names = recorded(record, mechanism)
     counted = isinstance(section, CrankAngle) and motion["turns"] is not None
     begin, end = rules.span(model, motion)
     before = math.ceil(motion["transient"])

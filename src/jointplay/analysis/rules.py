@@ -10,7 +10,7 @@ as a system of equations, what is needed stays needed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -62,9 +62,9 @@ def section_fits(mechanism: Mechanism | TestSystem, section: Section | None) -> 
         structure_module(mechanism.structure(watched))  # its equations know its quantities
 
 
-def record_fits(mechanism: Mechanism | TestSystem, record: tuple[str, ...] | None) -> None:
-    """Refuse quantities that the mechanism does not have."""
-    recorded(record, mechanism)
+def names_of(mechanism: Mechanism | TestSystem, record: tuple[str, ...] | None) -> tuple[str, ...]:
+    """Names of the quantities that an analysis shares with its rules: those to record (`recorded`)."""
+    return recorded(record, mechanism)
 
 
 def turns_alike(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
@@ -149,12 +149,12 @@ def recorded_from(
     mechanism: Mechanism | TestSystem,
     initial: Any,
     section: Section | None,
-    record: tuple[str, ...] | None,
+    names: tuple[str, ...],
     assembled: Callable[..., Model] = _watched,
 ) -> Model:
-    """The same with its section and record; where these are wrong, as other rules tell, without."""
+    """The same with its section and record; where the section is wrong, as another rule tells, without."""
     try:
-        return model_for(mechanism, initial, section, recorded(record, mechanism), assembled)
+        return model_for(mechanism, initial, section, names, assembled)
     except InputError:
         return model_for(mechanism, initial, assembled=assembled)
 
@@ -249,7 +249,8 @@ def quantity(section: Section | None, mechanism: Mechanism | TestSystem) -> str 
     if linkage:
         check_section(section, mechanism)
     elif isinstance(section, ContactSection | SeparationSection):
-        _contacts(section, assemble(mechanism))
+        own = structure_module(mechanism.structure())
+        _contacts(section, own.CONTACTS, own.RESETS)
     if isinstance(section, CrankAngle):
         return f"angle:{mechanism.crank}" if linkage else _phase(mechanism)
     if isinstance(section, Plane):
@@ -285,16 +286,15 @@ def _plane(section: Plane, mechanism: Mechanism) -> str:
     return f"{section.quantity}:{given or names[of][0]}"
 
 
-def _contacts(section: ContactSection | SeparationSection, model: Model) -> tuple[tuple[str, ...], str]:
+def _contacts(section: Any, joints: Iterable[str], walls: Collection[str]) -> tuple[tuple[str, ...], str]:
     """Names of the joints (or walls) that can make such a section, and the kind of event that does."""
-    walls, kind = model.walls, section.kind
-    names = model.joints if kind == "separation" else model.touching
+    kind, names = section.kind, dict.fromkeys((*joints, *(walls if section.kind == "contact" else ())))
     if kind == "contact" and (section.joint in walls or (section.joint is None and len(walls) == len(names))):
         kind = "impact"
     if not names or section.joint not in (None, *names):
         problem = unknown("section.joint", section.joint, section.joint, names, "contact")
         raise InputError([problem], "section")
-    return names, kind
+    return (*names,), kind
 
 
 _NOT_SECTIONS = ("mode", "reaction_x", "reaction_y", "reaction", "energy", "state_value", *BALANCE)
@@ -314,7 +314,7 @@ def section_fields(section: Section | None, model: Model, skip: int) -> dict[str
         return {"level": first, "period": math.tau, "direction": forward, "skip": skip}
     if isinstance(section, Plane):
         return {"level": section.value, "direction": 1 if section.direction == "up" else -1, "skip": skip}
-    names, kind = _contacts(section, model)
+    names, kind = _contacts(section, model.joints, model.walls)
     joint = -1 if section.joint is None else names.index(section.joint)
     return {"event": EVENTS.index(kind), "joint": joint, "skip": skip}
 

@@ -23,7 +23,7 @@ from jointplay.analysis.evaluate import (
 )
 from jointplay.analysis.keywords import HANDED, Lasting, Moving, Names, analysis, listed
 from jointplay.analysis.labels import Out, xr
-from jointplay.analysis.quantities import EVENTS, WORDS, recorded
+from jointplay.analysis.quantities import EVENTS, WORDS
 from jointplay.analysis.starts import moved, placed, whole_names
 from jointplay.display.errors import Problem, refuse
 from jointplay.solver.mechanism.base import FAR, Flag, Natural, NonNegative, Number
@@ -165,8 +165,8 @@ OUTPUTS = Outputs(
 )
 
 
-def _started(mechanism: Mechanism | TestSystem, initial: Any, section: Any, record: Any) -> Model:
-    return rules.recorded_from(mechanism, initial, section, record, placed)
+def _started(mechanism: Mechanism | TestSystem, initial: Any, section: Any, names: Any = ()) -> Model:
+    return rules.recorded_from(mechanism, initial, section, names, placed)
 
 
 @analysis(
@@ -176,15 +176,16 @@ def _started(mechanism: Mechanism | TestSystem, initial: Any, section: Any, reco
     _within_the_run,
     _samples_fit,
     rules.section_fits,
-    rules.record_fits,
+    "names",
     outputs=OUTPUTS,
     left_out=rules.lasting(20, 5),
     model=_started,
 )
-def simulate(  # noqa: D417 (nobody gives it the model)
+def simulate(  # noqa: D417 (nobody gives it the model and names)
     mechanism: Moving,
     *,
     model: Model = HANDED,
+    names: tuple[str, ...] = HANDED,
     record: Names | None = None,
     samples_per_turn: Natural | None = None,
     windows: Windows | None = None,
@@ -227,7 +228,6 @@ def simulate(  # noqa: D417 (nobody gives it the model)
     """
     if windows is not None and motion["turns"] is None:
         motion["turns"] = windows[-1][1]
-    names = recorded(record, mechanism)
     begin, end = rules.span(model, motion)
     begin = windows[0][0] * model.period if windows else begin
     many = SAMPLES_PER_TURN if samples_per_turn is None else samples_per_turn
