@@ -235,7 +235,7 @@ def in_memory(n_jobs: int | None, work: Work) -> Read:
     total, told = sum(len(job.keys) for job in work.jobs), work.progress or (lambda _: None)
 
     def tell(begun: float = 0.0) -> None:
-        """Report the finished cells, and as a part of one what is done of those that are not."""
+        """Report the finished cells, and the others by the parts that are done."""
         told(min(1.0, (len(kept.answers) + begun) / total))
 
     kept = Kept(lambda _: tell())

@@ -141,7 +141,7 @@ class Bundle:
             self.work.past[:] = other.work.past
 
     def forget(self) -> None:
-        """Take out of the frame what laws of contact remember; begin it anew where nothing else is left."""
+        """Take memories of laws of contact out of the frame; begin it anew where nothing else is left."""
         d = self.tangents.d.reshape(len(self.tangents.alive), -1)[:, 1:]
         memories = slice(d.shape[1] - self.model.followers, d.shape[1] - self.model.guesses)
         if d[:, memories].any():

@@ -12,7 +12,7 @@ from jointplay.display.number_text import plain, with_error
 
 @dataclass(frozen=True)
 class Known:
-    """A known answer: what it is, its value and unit, where that comes from, and how near ours must be.
+    """A known answer: its name, value and unit, its source, and how near ours must be.
 
     `compute` gives ours and its standard error, of which four are allowed besides `within`.
     """

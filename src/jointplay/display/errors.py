@@ -153,7 +153,7 @@ def raise_any(problems: Iterable[Problem], root: str = "") -> None:
 
 
 def problems_of(call: Callable[..., Any], *given: Any) -> list[Problem]:
-    """Problems for which a call refuses what it is given; none where it takes it."""
+    """Problems for which a call refuses its arguments; none where it takes them."""
     try:
         call(*given)
     except InputError as error:

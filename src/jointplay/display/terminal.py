@@ -90,7 +90,7 @@ def requested_progress(progress: Any, name: str) -> Iterator[Any]:
 
 
 def _looked_on() -> bool:
-    """Whether a terminal or a notebook shows what this thread writes, and no worker does."""
+    """Whether a terminal or a notebook shows the output of this thread, which is no worker's."""
     main = threading.current_thread() is threading.main_thread()
     return main and multiprocessing.current_process().name == "MainProcess" and _live(sys.stderr)
 

@@ -358,7 +358,7 @@ class Rounds:
     def answers(
         self, function: Callable[..., Answer], cells: Sequence[dict[str, Any]], needed: Answer | None = None
     ) -> list[Answer]:
-        """Answers of a round; status ``not_run`` where the budget is used up, or what is needed failed."""
+        """Answers of a round; ``not_run`` where the budget is used up, or an answer that it needs failed."""
         tell = part(self.progress, *self.shares[self.number : self.number + 2])
         self.number += 1
         found: list[Answer] = [{"status": NOT_RUN}] * len(cells)
@@ -532,7 +532,7 @@ def _contact_data(joint: Any) -> str:
 
 
 def _sources(joint: Any) -> str:
-    """Where the numbers of a joint's contact and friction come from, in words."""
+    """Sources of the numbers of a joint's contact and friction, in words."""
     places: dict[str, list[str]] = {}
     for name, place in joint.sources.items():
         places.setdefault(place, []).append(name.replace("_", " "))
@@ -610,7 +610,7 @@ def _curves(joints: list[str], keys: Sequence[str], over: Sequence[Answer]) -> d
 
 
 def _grade_changes(now: Answer, over: Sequence[Answer], sides: Sequence[Answer]) -> dict[str, Any]:
-    """Where the grade first changes on each side of each parameter, and by what it is known."""
+    """First change of the grade on each side of each parameter, and the evidence for it."""
     none = np.full((len(SIDES), len(PLACES), len(END)), np.nan)
     coarse = np.concatenate([each.get("change", none) for each in over])
     nearest = [first_change(each, side.get("beside")) for each, side in zip(coarse, sides, strict=True)]
@@ -643,7 +643,7 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
         return given.reshape(*shape[:2], *given.shape[1:])
 
     def table(name: str, columns: int) -> np.ndarray:
-        """Rows of each side, NaN behind the last; likewise."""
+        """Rows of each side of each parameter, NaN behind the last."""
         given = [np.reshape(np.asarray(each.get(name, ()), dtype=float), (-1, columns)) for each in sides]
         return padded(given, columns).reshape(*shape[:2], -1, columns)
 

@@ -203,7 +203,7 @@ class Scene:
         return np.array([_end(*inner), np.full(len(END), np.nan)])
 
     def _longer(self, row: dict[str, Any]) -> None:
-        """Put what its motion becomes in the place of a row, where it has not settled."""
+        """Replace a row that has not settled by the motion that it becomes."""
         if not row.get("settled", True):
             with suppress(Unsettled):
                 row |= self.of(reached(row["motion"].mechanism, row["motion"].end, self.longer))

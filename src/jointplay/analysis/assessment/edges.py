@@ -475,7 +475,7 @@ def _carried_along(side: Side, carried: Carried, search: Search, sense: int) -> 
 
 
 def _neighbours(carried: Carried, name: str, trail: list[Spot], first: Spot) -> tuple[Spot, Spot]:
-    """The last spot of a trail whose lasting motion differs from what lies beyond it, and that."""
+    """The last spot of a trail whose lasting motion differs from that of the next one, and the next one."""
     for last in map(carried.lasting, reversed(trail)):
         if last[1].traits[name] != first[1].traits[name]:
             break

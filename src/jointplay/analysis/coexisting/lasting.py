@@ -131,7 +131,7 @@ class FromAfar:
     wrong: set[int] = field(default_factory=set)
 
     def bound(self, points: np.ndarray) -> np.ndarray:
-        """For which motion each run is bound, shape (runs,); -1: for none, or for one of several."""
+        """Motion that each run is bound for, shape (runs,); -1: none, or one of several."""
         found = np.zeros((1 + len(self.known), len(points)), dtype=bool)
         for row, motion in zip(found, self.known, strict=False):
             near = motion.cloud.holds(points) if motion.cloud else False

@@ -115,7 +115,7 @@ class Grazing(Meeting):
         return np.nan if found is None else found[0] / self.size - SHORT
 
     def gradient(self, family: Family, trial: Trial, like: Point) -> np.ndarray:
-        """Its derivatives in the coordinates x/c and the fractions of the ranges."""
+        """Derivatives of the value in the coordinates x/c and the fractions of the ranges."""
         found = self._least(trial, like)
         if found is not None:
             found = slopes(family, trial, like, found[1], self._margin)
@@ -361,7 +361,7 @@ class Coincidence(Meeting):
         return float(sliding(trial.section.model, row[None], self.contact)[0, 0]) / self.size - SHORT
 
     def gradient(self, family: Family, trial: Trial, like: Point) -> np.ndarray:
-        """Its derivatives in the coordinates x/c and the fractions of the ranges."""
+        """Derivatives of the value in the coordinates x/c and the fractions of the ranges."""
         row = self._row(trial.section.model, trial.image.events, like)
         found = None
         if row is not None:

@@ -88,7 +88,7 @@ class Critical:
         return float(self._bordered(trial.image.derivative, like)[1][-1])
 
     def gradient(self, family: Family, trial: Trial, like: Point) -> np.ndarray:
-        """Its derivatives in the coordinates x/c and the fractions of the ranges."""
+        """Derivatives of the value in the coordinates x/c and the fractions of the ranges."""
         M, right = self._bordered(trial.image.derivative, like)
         left = np.linalg.solve(M.T, np.eye(len(M))[-1])
         return _scaled(-left[:-1] @ along(family, trial, right[:-1]), like)
@@ -135,11 +135,11 @@ class Torus:
     sided = False
 
     def value(self, trial: Trial, like: Point) -> float:
-        """Its product less 1."""
+        """The product of a pair of multipliers, less 1."""
         return float(np.linalg.det(_plane(trial.image.derivative)[1]) - 1)
 
     def gradient(self, family: Family, trial: Trial, like: Point) -> np.ndarray:
-        """Its derivatives in the coordinates x/c and the fractions of the ranges."""
+        """Derivatives of the value in the coordinates x/c and the fractions of the ranges."""
         P = trial.image.derivative
         V, B = _plane(P)
         W = _plane(P.T)[0]

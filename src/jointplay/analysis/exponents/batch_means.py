@@ -191,7 +191,7 @@ def decided(
 
 
 def evidence(dataset: xr.Dataset) -> dict[str, Any]:
-    """What the largest exponent is judged by beside its error (`decided`), as far as it was recorded."""
+    """Evidence besides its error for the largest exponent (`decided`), as far as it was recorded."""
     found = {"correlation": dataset.get("section_batch_correlation"), "turns": dataset.get("exponent_turns")}
     return {n: a.isel(multiplier=0, missing_dims="ignore") for n, a in found.items() if a is not None}
 

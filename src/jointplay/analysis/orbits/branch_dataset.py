@@ -322,7 +322,7 @@ def coordinates(table: Sequence[Sequence[Any]], of: str) -> dict[str, Any]:
 
 
 def coordinate_outs(of: str) -> dict[str, Out]:
-    """The same as declared."""
+    """Declarations of these coordinates."""
     return {
         of: Out(of, of),
         "point": Out("point", f"point of the {of}"),
@@ -337,7 +337,7 @@ def ends(branches: Sequence[Branch], of: str) -> dict[str, Any]:
 
 
 def end_outs(of: str) -> dict[str, Out]:
-    """The same as declared."""
+    """Declarations of these counts and ends."""
     end = Out((of, "end"), f"why a {of} ends there", flags=ENDS)
     return {"n_points": Out(of, f"points of the {of}"), f"{of}_end": end}
 
@@ -350,7 +350,7 @@ def grazed(of: str, events: Sequence[tuple[int, int]]) -> dict[str, Any]:
 
 
 def grazed_outs(of: str, text: str) -> dict[str, Out]:
-    """The same as declared."""
+    """Declarations of these events."""
     return {
         f"{of}_event_joint": Out(of, f"joint of the event that {text}, counted from 0; -1: none"),
         f"{of}_event_kind": Out(of, f"event that {text}", flags=(*EVENTS, "none")),

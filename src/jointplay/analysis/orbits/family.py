@@ -30,7 +30,7 @@ class Condition(Protocol):
         """The number that is zero on the curve; NaN where it has no meaning. `like`: a point nearby."""
 
     def gradient(self, family: Family, trial: Trial, like: Point) -> np.ndarray:
-        """Its derivatives in the coordinates x/c and the fractions of the ranges; `trial` has directions."""
+        """Derivatives in the coordinates x/c and the fractions of the ranges; `trial` has directions."""
 
     def tests(self, one: Point) -> Mapping[str, Callable[[Point], float]]:
         """Functions that change sign where the curve meets another one, beyond a point."""

@@ -121,7 +121,7 @@ def settings(model: Model) -> dict[str, Any]:
 
 
 def events(orbit: Orbit, lead: float) -> dict[str, Any]:
-    """The orbit's events in turn, timed from the section asked for, `lead` s after that of its map."""
+    """The orbit's events in turn, timed from the user's section, `lead` s after that of its map."""
     rows, duration = orbit.image.events, orbit.image.time
     if rows is None:
         rows, duration = np.zeros((0, TIME + 1)), 1.0

@@ -163,7 +163,7 @@ def _answer(found: Mapping[str, Any], made: Mapping[str, Any], questions: Questi
 
 
 def _quantities(motion: Settled, questions: Questions) -> dict[str, float]:
-    """Values of the quantities that are asked of a motion."""
+    """Values of the wanted quantities of a motion."""
     values: dict[str, float] = {}
     joints = motion.mechanism.contacts if isinstance(motion.mechanism, Mechanism) else ()
     split = {name: name.partition(":")[::2] for name in questions.quantities}

@@ -194,7 +194,7 @@ Spreads = Annotated[dict[str, Spread], BeforeValidator(flat), accepts(_WORDS)]
 
 
 def in_own_units(mechanism: Mechanism | TestSystem, table: Any) -> Any:
-    """Bring what is written with a unit into that of its parameter; `InputError` where that is another."""
+    """Bring values with a unit into that of their parameter; `InputError` where it is none of that kind."""
     table = flat(table)
     if not isinstance(table, Mapping):
         return table
@@ -213,7 +213,7 @@ def _inside(shares: np.ndarray) -> np.ndarray:
 
 
 def units_of(mechanism: Mechanism | TestSystem, key: str) -> str:
-    """Units of a parameter, or of a state at the start; any of what does not exist."""
+    """Units of a parameter, or of a state at the start; any of one that does not exist."""
     if not key.startswith(INITIAL):
         return declared_units(mechanism, key)
     return mechanism.units.get(key.removeprefix(INITIAL), "1") if isinstance(mechanism, TestSystem) else ANY
@@ -460,7 +460,7 @@ def parameter_words(mechanism: Mechanism | TestSystem, key: str) -> tuple[str, s
 
 
 def known_quantities(mechanism: Mechanism | TestSystem) -> list[str]:
-    """Names of all quantities that can be asked for: those of `gradient`, and of contacts."""
+    """Names of all quantities of a sample: those of `gradient`, and of contacts."""
     inside = [
         name for name in selection.known_quantities(mechanism) if name.partition(":")[0] in selection.POINTS
     ]

@@ -320,7 +320,7 @@ def _causes_fit(
     limits: Limits | None,
     together: Batches,
 ) -> Iterator[Problem]:
-    """Yield the problems of what is asked about causes."""
+    """Yield the problems of questions about causes."""
     if correlation is not None and shares:
         yield Problem(
             "shares", shares, "0 is accepted beside correlation: Sobol' shares are of independent numbers"
@@ -344,7 +344,7 @@ def _edge_fits(
     limits: Limits | None,
     edge: Edge | None,
 ) -> Iterator[Problem]:
-    """Yield the problems of the edge that is asked for."""
+    """Yield the problems of the edge to be found."""
     if edge is None:
         return
     if len(edge) != 1:
@@ -616,7 +616,7 @@ def _run(
 
 
 def _warm(mechanism: Any, lanes: bool) -> None:
-    """Compile what samples need, so that workers find it on the disk."""
+    """Compile the functions that samples need, so that workers find them on the disk."""
     model = assemble(mechanism)
     warm([model], lanes)
     warm_tangents(model)
@@ -652,7 +652,7 @@ def _labels(mechanism: Any, design: Design, main: Found, limits: Mapping[str, fl
 
 
 def _ends(name: str, found: Any) -> dict[str, np.ndarray]:
-    """A value and the ends of its interval, along the last axis of what was found."""
+    """A value and the ends of its interval, along the last axis."""
     each = np.moveaxis(np.array(found, dtype=float), -1, 0)
     return dict(zip((name, f"{name}_low", f"{name}_high"), each, strict=True))
 

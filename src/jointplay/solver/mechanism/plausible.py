@@ -227,7 +227,7 @@ def _unlike_its_shape(mechanism: Any) -> Iterator[Problem]:
 
 
 def _unlike_its_parts(mechanism: Any) -> Iterator[Problem]:
-    """Stiffnesses given by hand that are far beyond what pin and bush can have."""
+    """Stiffnesses given by hand that are far beyond those of any pin and bush."""
     for i, joint in enumerate(mechanism.joints):
         if joint.data is None or joint.contact.stiffness is None:
             continue

@@ -129,7 +129,7 @@ def limited(seconds: float) -> AbstractContextManager[None]:
 
 
 def heard(listener: Callable[[float, str], None]) -> AbstractContextManager[None]:
-    """Have a function called with what the block says of where it `stands`."""
+    """Have a function called with the fraction that is done, and its words, as the block tells (`stands`)."""
     return held(_listener, listener)
 
 

@@ -93,7 +93,7 @@ class Bar(Record):
     overhang: NonNegative = measured(PAST, "m", 0.0)
 
     def measures(self, length: float) -> Measures:
-        """Its measures, with so much between its pins, m."""
+        """Measures of the body, with so much between its pins, m."""
         w, t, whole = self.width, self.thickness, length + 2 * self.overhang
         return Measures(w * t, t * w**3 / 12, w * t * whole, (whole**2 + w**2) / 12)
 
@@ -113,7 +113,7 @@ class Rod(Record):
     overhang: NonNegative = measured(PAST, "m", 0.0)
 
     def measures(self, length: float) -> Measures:
-        """Its measures, with so much between its pins, m."""
+        """Measures of the body, with so much between its pins, m."""
         return _round(self.diameter, 0.0, length + 2 * self.overhang)
 
 
@@ -144,7 +144,7 @@ class Tube(Record):
         return wall
 
     def measures(self, length: float) -> Measures:
-        """Its measures, with so much between its pins, m."""
+        """Measures of the body, with so much between its pins, m."""
         return _round(self.diameter, self.diameter - 2 * self.wall, length + 2 * self.overhang)
 
 
@@ -163,7 +163,7 @@ class Plate(Record):
     thickness: Positive = measured("thickness", "m")
 
     def measures(self, length: float) -> Measures:
-        """Its measures, with so much between its pins, m."""
+        """Measures of the body, with so much between its pins, m."""
         w, t, r, l = self.width, self.thickness, self.width / 2, length
         plan, ends = l * w + math.pi * r**2, r**2 / 2 + l**2 / 4 + 4 * r * l / (3 * math.pi)
         polar = l * w * (l**2 + w**2) / 12 + math.pi * r**2 * ends
@@ -214,7 +214,7 @@ class Shape(Record):
 
     @property
     def across(self) -> tuple[str, float]:
-        """Its size in the plane across its line, through which pins pass: key, and value in m."""
+        """Size in the plane across the line, through which pins pass: key, and value in m."""
         name, body = self._body
         size = "diameter" if name in ("rod", "tube") else "width"
         return f"{name}.{size}", getattr(body, size)

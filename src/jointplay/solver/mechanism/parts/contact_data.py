@@ -186,7 +186,7 @@ class ContactData:
 
     @property
     def crushed(self) -> str:
-        """Remark on a load beyond what any material bears; empty of others."""
+        """Remark on a load that no material bears; empty of others."""
         softer, mean = self.parts.softer, USUAL_PRESSURE / 1e6
         if self.pressure <= BORNE * softer.modulus:
             return ""

@@ -122,7 +122,7 @@ class Servo(Course):
 
     @property
     def structure(self) -> Structure:
-        """Its structure in the equations."""
+        """Structure of its course in the equations."""
         return self.course("drive", timed=self.varies)
 
     def numbers(self, angle: float) -> dict[str, float]:
@@ -295,7 +295,7 @@ class PrescribedTorque(Course):
 
     @property
     def structure(self) -> Structure:
-        """Its structure in the equations."""
+        """Structure of its course in the equations."""
         return self.course("drive", link=self.link)
 
     def numbers(self, angle: float) -> dict[str, float]:
@@ -413,7 +413,7 @@ class SpeedCycle(Course):
 
     @property
     def structure(self) -> Structure:
-        """Its structure in the equations."""
+        """Structure of its course in the equations."""
         return self.course("drive", timed=True)
 
     def numbers(self, angle: float) -> dict[str, float]:
