@@ -172,15 +172,14 @@ class _Shared(dict[str, Any]):
 
     def of(self, function: Callable[..., Any]) -> dict[str, Any]:
         """The arguments of a function; of shared values that cannot be made its own defaults."""
-        return {name: self._made(name, default) for name, default in _names(function).items()}
-
-    def _made(self, name: str, default: Any) -> Any:
-        try:
-            return self[name]
-        except InputError:
-            if default is Parameter.empty:
-                raise
-            return default
+        found = dict(_names(function))
+        for name, default in _names(function).items():
+            try:
+                found[name] = self[name]
+            except InputError:
+                if default is Parameter.empty:
+                    raise
+        return found
 
     def needed(self, rule: Rule | str) -> set[str]:
         """Names of the arguments that a rule, or a shared value, cannot do without."""
@@ -190,7 +189,7 @@ class _Shared(dict[str, Any]):
 
     def told(self, rules: Iterable[Rule | str], wrong: Collection[str] = ()) -> list[Problem]:
         """Problems that rules, or the making of shared values, find; but of `wrong` arguments."""
-        asked = [rule for rule in rules if self.given and not self.needed(rule) & {*wrong}]
+        asked = [rule for rule in rules if self.given and not (wrong and self.needed(rule) & {*wrong})]
         return [problem for rule in asked for problem in self._of(rule)]
 
     def _of(self, rule: Rule | str) -> list[Problem]:

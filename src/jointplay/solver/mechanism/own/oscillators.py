@@ -16,7 +16,7 @@ from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
 from jointplay.solver.mechanism.own.own import System
 from jointplay.solver.mechanism.own.well_posed import in_one_mode, one_mode
 
-PLAY = 1e-9  # by how much the state of a body at rest on a wall may be recorded beyond it
+BEYOND = 1e-9  # by how much the state of a body at rest on a wall may be recorded beyond it
 TURN = 0.7  # rad of a phase that a step may span: within where the generated polynomials hold
 ROUNDS = 8  # of putting a body back on a wall whose gap bends
 
@@ -100,7 +100,7 @@ def _check_gaps(
     raise_any(
         Problem("initial", state.tolist(), f"{accepted[name in walls].format(name)} is accepted")
         for name, gap in _gaps(module, given).items()
-        if gap < -PLAY
+        if gap < -BEYOND
     )
 
 
