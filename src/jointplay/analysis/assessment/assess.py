@@ -54,7 +54,7 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import placed
 from jointplay.analysis.states.ends import padded
 from jointplay.analysis.tangents import warm_tangents
-from jointplay.analysis.tolerances.spreads import Spreads, spreads_fit
+from jointplay.analysis.tolerances.spreads import OF_JOINT, Spreads, spreads_fit
 from jointplay.display.errors import NOTHING, InputError, Problem, warn
 from jointplay.solver.mechanism.base import Natural, Number, Positive, is_number, unit
 from jointplay.solver.mechanism.model import Model
@@ -84,18 +84,12 @@ SHARES_OF = "lowest and highest of each 512th of the turn with the largest"
 CHANGED = (*OVER[:2], "place")
 GRADED = (*GRADES, UNKNOWN)
 TOLD = ("no", "yes", UNKNOWN)
-LOSSES = {
-    "impact_loss": "energy lost by normal contact per turn",
-    "friction_loss": "energy lost by friction per turn",
-    "sliding_work": "normal force times sliding distance per turn",
-}
 CONTACTS = {
     "separations": Out("joint", "separations in a turn"),
     "impacts": Out("joint", "contacts begun in a turn"),
     "contact_fraction": Out("joint", "share of time in contact"),
-    "impact_speed": Out("joint", "largest normal speed with which contact begins", "m s-1"),
-    **{name: Out("joint", text, "J") for name, text in LOSSES.items()},
-    **{f"{name}_error": Out("joint", f"error of: {text}", "J") for name, text in LOSSES.items()},
+    **{name: Out("joint", *OF_JOINT[name]) for name in ("impact_speed", *PER_TURN)},
+    **{f"{name}_error": Out("joint", f"error of: {OF_JOINT[name][0]}", "J") for name in PER_TURN},
 }
 OUTPUTS = Outputs(
     "assess",
@@ -124,7 +118,7 @@ OUTPUTS = Outputs(
     | CONTACTS
     | {
         "sliding_work_per_hour": Out("joint", "normal force times sliding distance per hour", "J"),
-        "contact_pressure": Out("joint", "largest force over the bearing's projected area", "Pa", LENGTH),
+        "contact_pressure": Out("joint", *OF_JOINT["pressure"], LENGTH),
         "grade": Out((), "grade of the present motion", flags=GRADED, missing=UNKNOWN),
         "period": Out((), "period in turns, 0 for none"),
         "section_exponent_per_turn": Out((), "largest exponent of the section's map, per turn"),

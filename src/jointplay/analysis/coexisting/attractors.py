@@ -48,7 +48,7 @@ from jointplay.analysis.labels import PLANE, Out, ended, xr
 from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.orbits.continuation import continuation
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.states.basin_uncertainty import wilson
+from jointplay.analysis.states.basin_uncertainty import interval_outs, wilson
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.sweeps import attractor, gather
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
@@ -323,8 +323,7 @@ OUTPUTS = Outputs(
         "period": Out(HERE, "period in turns; 0: none found; -1: not there"),
         "count": Out(HERE, "starts that reach the motion"),
         "fraction": Out(HERE, "fraction of the starts that reach the motion"),
-        "fraction_low": Out(HERE, "lower end of the 95 % interval of the fraction"),
-        "fraction_high": Out(HERE, "upper end of the 95 % interval of the fraction"),
+        **interval_outs(HERE),
         "carried": Out(HERE, "found from a neighbouring value alone"),
         "watched_turns": Out(HERE, "turns for which motions without a period were followed"),
         "section_distance": Out(HERE, "distance from the same motion at the value before"),

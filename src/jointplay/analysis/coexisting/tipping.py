@@ -56,7 +56,7 @@ from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.orbits.section_map import AT_REST, SectionMap, section_map
 from jointplay.analysis.orbits.shooting import Orbit, Search, at_phase, multipliers, shortest, solved
 from jointplay.analysis.starts import crank_place, state_names
-from jointplay.analysis.states.basin_uncertainty import fractions
+from jointplay.analysis.states.basin_uncertainty import fractions, interval_outs
 from jointplay.analysis.states.ends import Observation, features, on_section, padded, section_states
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.analysis.tangents import warm_tangents
@@ -138,8 +138,7 @@ OUTPUTS = Outputs(
         "period": Out("number", "period in turns; 0: none"),
         "count": Out("number", "starts that reach the motion"),
         "fraction": Out("number", "fraction of the starts that reach the motion", at={"number": "largest"}),
-        "fraction_low": Out("number", "lower end of the 95 % interval of the fraction"),
-        "fraction_high": Out("number", "upper end of the 95 % interval of the fraction"),
+        **interval_outs("number"),
         "fraction_reached": Out(
             ("number", "within"), "fraction of the starts that are with the motion by then"
         ),

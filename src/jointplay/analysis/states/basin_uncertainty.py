@@ -21,11 +21,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jointplay.analysis.labels import Out
+
 PAIRS = ("first_axis", "second_axis", "random")
 EDGE = 8  # axis over the largest distance of a grid's pairs
 DIRECTIONS = 2  # of a plane
 NORMAL_95 = 1.959963984540054
 EVEN = 1e-6  # relative difference of steps up to which an axis is even
+
+
+def interval_outs(dims: str | tuple[str, ...]) -> dict[str, Out]:
+    """Declarations of the ends of a fraction's interval, along these dimensions."""
+    ends = {"fraction_low": "lower", "fraction_high": "upper"}
+    return {name: Out(dims, f"{end} end of the 95 % interval of the fraction") for name, end in ends.items()}
 
 
 def wilson(count: np.ndarray, total: int, z: float = NORMAL_95) -> tuple[np.ndarray, np.ndarray]:

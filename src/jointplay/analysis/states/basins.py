@@ -38,6 +38,7 @@ from jointplay.analysis.states.basin_uncertainty import (
     count_pairs,
     fractions,
     grid_pairs,
+    interval_outs,
     is_even,
     uncertainty_exponent,
 )
@@ -119,8 +120,7 @@ OUTPUTS = Outputs(
             "number", "fraction of the starts that reach the attractor", at={"number": "largest"}
         ),
         "fraction_standard_error": Out("number", "binomial standard error of the fraction"),
-        "fraction_low": Out("number", "lower end of the 95 % interval of the fraction"),
-        "fraction_high": Out("number", "upper end of the 95 % interval of the fraction"),
+        **interval_outs("number"),
         "fraction_none": Out((), "fraction of the starts without an attractor"),
         "section_state": Out(("number", "point", "state"), "states at the section (SI)"),
         "section_plane": Out(("number", "point", "axis"), "section points, in the units of the plane's axes"),
