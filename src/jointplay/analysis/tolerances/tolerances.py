@@ -27,7 +27,7 @@ from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.gradients import selection
 from jointplay.analysis.gradients.gradient import gradient
-from jointplay.analysis.gradients.gradient_dataset import IN_PARAMETER, IN_QUANTITY, columns
+from jointplay.analysis.gradients.gradient_dataset import IN_PARAMETER, IN_QUANTITY, LABELS, columns
 from jointplay.analysis.keywords import Batched, Moving, Names, Share, Small, analysis
 from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.period import REPEATS
@@ -212,17 +212,16 @@ BY_FACTOR = ("event", "factor")
 OUTPUTS = Outputs(
     "tolerances",
     {
-        "parameter": Out("parameter", "parameter", ""),
+        "parameter": LABELS["parameter"],
         "factor": Out("factor", "parameter, or parameters of one batch", ""),
         "event": Out("event", "what is asked: an event, or after above: a quantity with a limit", ""),
-        "quantity": Out("quantity", "quantity", ""),
+        "quantity": LABELS["quantity"],
         "output": Out("output", "event or quantity", ""),
         "quantile": Out("quantile", "share of the samples below"),
     },
     {
         "value": Out(("sample", "parameter"), f"value, {IN_PARAMETER}"),
-        "parameter_units": Out("parameter", "units of the parameter", ""),
-        "parameter_name": Out("parameter", "the parameter", ""),
+        **{name: LABELS[name] for name in ("parameter_units", "parameter_name")},
         "factor_name": Out("factor", "the parameter, or the first one of a batch and how many more", ""),
         "outcome": Out(("sample", "event"), "what happens", flags=OUTCOMES),
         "period": Out("sample", "period in turns; 0: none found; -1: not looked for, or failed"),
@@ -236,8 +235,7 @@ OUTPUTS = Outputs(
         "share_undecided": Out("event", "share of the samples that are undecided"),
         "share_failed": Out("event", "share of the samples that failed"),
         "quantity_value": Out(("sample", "quantity"), f"value, {IN_QUANTITY}"),
-        "quantity_name": Out("quantity", "the quantity", ""),
-        "quantity_units": Out("quantity", "units of the quantity", ""),
+        **{name: LABELS[name] for name in ("quantity_name", "quantity_units")},
         "deviation": Out("quantity", f"standard deviation, {IN_QUANTITY}"),
     }
     | _interval("mean", "quantity", f"mean, {IN_QUANTITY}")
