@@ -144,7 +144,7 @@ class Outputs:
         return codes.words(result[self.verdict]) if self.verdict else None
 
     def in_sweep(self, there: Container[Any]) -> str | None:
-        """Name of what the figure of a sweep shows of the variables that are there; None: nothing."""
+        """Name of the variable, of those that are there, in the figure of a sweep; None: nothing."""
         return next((name for name in self.shown if name in there), None)
 
     def told(self) -> Iterator[tuple[str, str, str, str]]:
@@ -167,7 +167,7 @@ class Outputs:
         return "\n".join([*lines, "", *self.notes()]).rstrip()
 
     def notes(self) -> Iterator[str]:
-        """Sentences on what stands beside these variables, and on names that stand for others."""
+        """Sentences on further variables, and on names that stand for others."""
         outs = self.coords | self.variables
         if RUN.keys() & outs:
             yield "Beside them, times and counters of the run."

@@ -58,7 +58,7 @@ class Quantities:
         self._n_state = len(self.module.STATE)
 
     def of(self, places: slice) -> Quantities:
-        """The same of some of the rows."""
+        """Quantities of some of the rows."""
         sharp = None if self.sharp is self.rows else self.sharp[places]
         return Quantities(self.model, self.rows[places], self.start, sharp)
 

@@ -73,7 +73,7 @@ def turns_alike(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
 
 
 def each_alike(mechanism: Mechanism | TestSystem, over: Mapping[str, Any]) -> Iterator[Problem]:
-    """The same of a mechanism with each of the values that it is varied over; wrong ones are left out."""
+    """Yield the problems of unlike turns at each value of a variation; wrong values are left out."""
     for key, values in over.items() if isinstance(mechanism, Mechanism) else ():
         for value in values if isinstance(values, list | tuple) else ():
             try:
@@ -84,7 +84,7 @@ def each_alike(mechanism: Mechanism | TestSystem, over: Mapping[str, Any]) -> It
 
 
 def alike_beside(mechanism: Any, place: str, keys: Iterable[str], values: Any = ()) -> Iterator[Problem]:
-    """The same of parameters that a keyword names, at values or a little beside their own."""
+    """Yield the problems of unlike turns as parameters of a keyword take values, or change a little."""
     for key in keys if isinstance(mechanism, Mechanism) and not any(unlike_turns(mechanism)) else ():
         value = Parameter(mechanism, key).value
         there = values or ([1.00318 * value] if is_number(value) else [])  # an odd place stands for all
@@ -137,7 +137,7 @@ def section_of(mechanism: Mechanism | TestSystem) -> str | None:
 
 
 def on_section(mechanism: Mechanism | TestSystem, initial: Any) -> Model:
-    """The same on the section that cuts it once a turn, if anything turns."""
+    """The model of a mechanism on the section that cuts it once a turn, if anything turns."""
     return assembled_at(mechanism, initial, section=section_of(mechanism))
 
 
@@ -152,7 +152,7 @@ def recorded_from(
     names: tuple[str, ...],
     assembled: Callable[..., Model] = _watched,
 ) -> Model:
-    """The same with its section and record; where the section is wrong, as another rule tells, without."""
+    """The model with its section and record; where the section is wrong, as another rule tells, without."""
     try:
         return model_for(mechanism, initial, section, names, assembled)
     except InputError:

@@ -48,7 +48,7 @@ class Axis:
 
     @property
     def coordinate(self) -> tuple[str, np.ndarray, dict[str, str]]:
-        """Its coordinate, along itself."""
+        """Coordinate of the axis, along itself."""
         return self.name, np.array(self.values, dtype=float), self.attributes
 
 

@@ -1,4 +1,4 @@
-"""The sensitivity of an assessment: the same motion with other contact data, each within what it is known to.
+"""The sensitivity of an assessment: the same motion with other contact data, each within its uncertainty.
 
 Stiffness and damping of a contact are known to a factor, a coefficient of restitution to some tenths,
 friction to a factor of two or not at all. All joints with clearance are changed alike. No friction is a
@@ -69,7 +69,7 @@ def variants(mechanism: Mechanism) -> Iterator[Variant]:
 
 
 def _scaled(mechanism: Mechanism, quantity: str, end: str, number: Parameter) -> float:
-    """A number of a joint at one end of what its pin and bush say."""
+    """A number of a joint at one end of the range that its pin and bush give."""
     estimate = getattr(mechanism.joint(number.key.split(".")[1]).data, quantity)
     return number.value * getattr(estimate, end) / estimate.value
 

@@ -367,7 +367,7 @@ def _held(side: Side, end: float, sense: int) -> float:
 
 
 def _behind(side: Side, carried: Carried, search: Search, end: BranchEnd, sense: int) -> Spot:
-    """The motion behind the end of an orbit: of its period, or at the end of what a change has to last."""
+    """The motion behind the end of an orbit: of its period, or one that stands as long as a change has to."""
     last, held, outer, kind = end
     values = [outer * (1 + search.accuracy) ** sense]
     shares = search.lasting * np.arange(1, PROBES + 1) / PROBES

@@ -188,7 +188,7 @@ def _losses(fine: History, coarse: History, bounds: np.ndarray, hits: np.ndarray
 
 
 def _integrals(given: History, bounds: np.ndarray, hits: np.ndarray) -> tuple[History, np.ndarray]:
-    """Integrals of each joint over each turn, J, and how unsure the joints' parts of what was off are.
+    """Integrals of each joint over each turn, J, and errors of the joints' shares of the error of their sum.
 
     What a stiff contact stores and gives back is many times its loss: the joints' work, which the integrator
     has, says by how much the sum of their losses is off, to which each adds by what passes through it.

@@ -113,7 +113,7 @@ def _told(dataset: Dataset) -> list[str]:
 
 
 def _in_the_end(dataset: Dataset, source: str) -> list[str]:
-    """Where the motion changes, what the grades mean, and commands."""
+    """Lines on changes of the motion, on the meaning of grades, and commands."""
     lines = [*_changes(dataset), "", "Grades", *(f"  {grade}: {MEANING[grade]}" for grade in GRADES), ""]
     lines += ["Reproduce", f"  jointplay assess {source}"]
     if any(NOT_RUN in codes.words(dataset[f"{each}_status"]).values for each in ("variant", "curve", "side")):
@@ -186,7 +186,7 @@ def _limits(dataset: Dataset) -> str:
 
 
 def _limit(dataset: Dataset, key: str, side: str) -> tuple[float, str] | None:
-    """Ratio at which contact is first lost or kept on a side, and by what that is known, as `BY`."""
+    """Ratio at which contact is first lost or kept on a side, and the evidence for it (`BY`)."""
     after = dataset.sel(parameter=key, side=side, place="after")
     known = [(float(after["edge_ratio"].sel(change="contact_loss")), "edge")]
     if (_of(after["grade_change_grade"]) == "quiet") != (_grade(dataset) == "quiet"):
@@ -196,7 +196,7 @@ def _limit(dataset: Dataset, key: str, side: str) -> tuple[float, str] | None:
 
 
 def _at(dataset: Dataset, key: str, ratio: float, by: str) -> str:
-    """Words for a value at which something changes, and by what that is known."""
+    """Words for a value at which something changes, and for the evidence."""
     return KNOWN_BY[by].format(_value(dataset, key, ratio, 4))
 
 
@@ -515,7 +515,7 @@ def _changes(dataset: Dataset) -> list[str]:
 
 
 def _side(dataset: Dataset, key: str, side: str) -> str:
-    """The word for a side: what is below in size is above, of a negative value."""
+    """The word for a side; below in size is above, of a negative value."""
     return side if float(dataset["present_value"].sel(parameter=key)) > 0 else OPPOSITE[side]
 
 

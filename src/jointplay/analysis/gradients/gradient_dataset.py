@@ -72,7 +72,7 @@ def labels(quantities: list, keys: tuple[str, ...], mechanism: Mechanism | TestS
 
 
 def columns(dim: str, keys: Sequence[str], words: Sequence[tuple[str, str]]) -> dict[str, Any]:
-    """Keys along a dimension, and the nouns and units of what they stand for."""
+    """Keys along a dimension, with their nouns and units."""
     nouns, units = [noun for noun, _ in words], [each for _, each in words]
     found = {dim: list(keys), f"{dim}_name": nouns, f"{dim}_units": units}
     return {name: np.array(texts, dtype=str) for name, texts in found.items()}

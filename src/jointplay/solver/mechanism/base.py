@@ -68,7 +68,7 @@ class Record(BaseModel):
         return {}
 
     def _stated(self, changed: Mapping[str, Any] = {}) -> dict[str, Any]:
-        """Fields to build a changed copy of: what follows from others is left out, to follow them anew."""
+        """Fields to build a changed copy of; those that follow from others are left out, to follow anew."""
         return dict(self)
 
     def __setattr__(self, name: str, value: Any) -> None:

@@ -135,7 +135,7 @@ def ends(
 
 
 def _with(record: Any, changes: Mapping[tuple[str, ...], Any], place: str) -> Any:
-    """The same of a record, a tuple of records or a table at a place, by the steps of each path."""
+    """A validated copy of a record, a tuple of records or a table at a place, by the steps of each path."""
     record, inner = changes.get((), record), {}
     for path, value in changes.items():
         if path:

@@ -284,7 +284,7 @@ def _pulled_or_rubbed(mechanism: Any) -> Iterator[Problem]:
 
 
 def _played(mechanism: Any) -> Iterator[Problem]:
-    """Sizes and contacts of joints that do not suit the links, or what is given beside them."""
+    """Sizes and contacts of joints that do not suit the links, or the data beside them."""
     lengths = [link.length for link in mechanism.links]
     length, longest = min(lengths), max(lengths)
     weight = min(abs(mechanism.gravity), HEAVY) * sum(link.mass for link in mechanism.links)

@@ -228,7 +228,7 @@ class Mechanism(Record):
         return self.replace(**{key: as_counted(Changes, key, value) for key, value in single.items()})
 
     def numbers_alone(self) -> Mechanism:
-        """Give the same mechanism without what its numbers follow from, so that each changes by itself.
+        """Give the same mechanism without the sources of its numbers, so that each changes by itself.
 
         Shapes of links, fits and parts of joints are left out; a joint without clearance keeps its parts.
         """

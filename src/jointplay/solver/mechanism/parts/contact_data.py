@@ -145,7 +145,7 @@ class _Pressed(NamedTuple):
 
 @dataclass(frozen=True)
 class ContactData:
-    """Contact data of a pin in its bush: what follows from materials, sizes and finish.
+    """Contact data of a pin in its bush, from materials, sizes and finish.
 
     Parameters
     ----------
@@ -283,7 +283,7 @@ class ContactData:
         return self._pressed(method, side).approach + self._bent(side) + rough * self._flattened
 
     def _exponent(self, method: str) -> float:
-        """d ln F/d ln u of the contact and what is in series with it."""
+        """d ln F/d ln u of the contact and of the compliance in series with it."""
         u, n, *_ = self._pressed(method)
         linear = self._bent(0) + self._flattened
         return (u + linear) / (u / n + linear)

@@ -313,7 +313,7 @@ def _resolved(contact: Contact, joint: Mapping[str, Any]) -> Contact:
 
 
 def _fitted(given: Mapping[str, Any]) -> tuple[Any, list[Problem]]:
-    """Clearance to build a joint with whose fit is given, and what is wrong with that."""
+    """Clearance to build a joint with whose fit is given, and the problems of that."""
     own, radius = given.get("clearance"), _metres(given.get("radius"))
     size = 2 * radius if is_number(radius) and radius > 0 else _ANY_DIAMETER
     if given.get("kind", "revolute") != "revolute":
@@ -451,7 +451,7 @@ class Contact(Record):
 
 
 def _with_their_parts(data: Mapping[str, Any]) -> tuple[Mapping[str, Any], list[Problem]]:
-    """A contact's table with pin and bush in their own, and what is wrong with these."""
+    """A contact's table with pin and bush in their own, and the problems of these."""
     flat = {key: value for key, value in data.items() if key in PinInBush.model_fields}
     problems = []
     if flat:
