@@ -253,8 +253,8 @@ def simulate(  # noqa: D417 (nobody gives it the model and names)
     )
 
     records = follow(model, request, motion["progress"])
-    asked = order[: len(records.samples)] < len(times)
-    every_row = records.steps[:, 2:] if steps else records.samples[asked]
+    sampled = order[: len(records.samples)] < len(times)
+    every_row = records.steps[:, 2:] if steps else records.samples[sampled]
 
     def labelled_every(records: Records, step: int) -> xr.Dataset:
         rows, parts = every_row[::step], []
@@ -263,7 +263,7 @@ def simulate(  # noqa: D417 (nobody gives it the model and names)
         sought = even is not None and not hurried
         if sought:
             parts = [records.steps[recorded_spans.between(records.steps, model.period), 2:]]
-            parts += [] if shared else [records.samples[~asked]]
+            parts += [] if shared else [records.samples[~sampled]]
         history, *looked = evaluate.together(model, motion["rtol"], records, rows, *parts)
         groups = {"QUANTITY": history.variables(names, "time")}
         if sought:

@@ -24,7 +24,7 @@ PATIENCE = 2.0  # s; a run shorter than this stays silent in a log
 LEAST = 1.0  # s that are worth saying that they are left
 WAIT = 3.0  # s; a call of which nobody asked for progress is not shown before
 T = TypeVar("T")
-_asked: ContextVar[bool] = ContextVar("asked", default=False)  # whether a call around this one tells it
+_telling: ContextVar[bool] = ContextVar("telling", default=False)  # whether a call around this one tells it
 
 
 def harmless(text: str) -> str:
@@ -83,9 +83,9 @@ def requested_progress(progress: Any, name: str) -> Iterator[Any]:
     Left out (None), it is shown where somebody looks on and the block lasts; within the block of another
     call, whose progress that call tells, it is not.
     """
-    left_out = progress is None and not _asked.get() and _looked_on()
+    left_out = progress is None and not _telling.get() and _looked_on()
     shown = Progress(name, patience=WAIT if left_out else 0.0) if left_out or progress is True else None
-    with held(_asked, True), shown or nullcontext(None if isinstance(progress, bool) else progress) as told:
+    with held(_telling, True), shown or nullcontext(None if isinstance(progress, bool) else progress) as told:
         yield told
 
 

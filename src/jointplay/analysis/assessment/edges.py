@@ -121,10 +121,10 @@ class Carried:
 
     def lasting(self, place: Spot, waits: tuple[int, ...] = LASTING) -> Spot:
         """A place with the motion that its own is after some waits, or in the end."""
-        asked = place[1], waits
-        if asked not in self.lasts:
-            self.lasts[asked] = lasting(place[1], self.how, waits)
-        return place[0], self.lasts[asked]
+        key = place[1], waits
+        if key not in self.lasts:
+            self.lasts[key] = lasting(place[1], self.how, waits)
+        return place[0], self.lasts[key]
 
     def chaotic(self, value: float, before: Settled) -> Spot:
         """The motion at a value, from the end of another one, with chaos that has not died out soon."""
@@ -167,10 +167,10 @@ class Carried:
 
         That is over a `share` of the parameter from where it begins, which is beyond the one before.
         """
-        asked = place[1], name
-        if asked not in self.stretches:
-            self.stretches[asked] = self._stretch(last, place, name, share)
-        return self.stretches[asked]
+        key = place[1], name
+        if key not in self.stretches:
+            self.stretches[key] = self._stretch(last, place, name, share)
+        return self.stretches[key]
 
     def _stretch(self, last: Spot, place: Spot, name: str, share: float) -> Stretch | None:
         sense = 1 if abs(place[0]) > abs(last[0]) else -1

@@ -140,10 +140,10 @@ class FromAfar:
 
     def learn(self, paths: Sequence[Sequence[np.ndarray]], labels: Sequence[int]) -> None:
         """Learn from the ends of runs whether motions recognised along their paths were right."""
-        left, looks = [*zip(paths, labels, strict=True)], 0
-        while left := [(path, label) for path, label in left if len(path) > looks]:
-            looks += 1
-            bound = self.bound(np.array([np.concatenate(path[:looks])[-TAIL:] for path, _ in left]))
+        left, known = [*zip(paths, labels, strict=True)], 0
+        while left := [(path, label) for path, label in left if len(path) > known]:
+            known += 1
+            bound = self.bound(np.array([np.concatenate(path[:known])[-TAIL:] for path, _ in left]))
             for (_, label), found in zip(left, bound.tolist(), strict=True):
                 self.right[found] += found == label
                 self.wrong |= {found} - {label}

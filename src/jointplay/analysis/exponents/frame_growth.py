@@ -124,7 +124,7 @@ def of_the_flow(run: Stretched, count: int) -> tuple[np.ndarray, slice]:
 
 def grown(
     model: Model,
-    asked: Stretch,
+    stretch: Stretch,
     error: float | None = None,
     saltation: bool = True,
     progress: Callable[[float], None] | None = None,
@@ -133,63 +133,63 @@ def grown(
 
     Where the motion comes to rest, its rate is no direction any more, and it is followed anew without that.
     """
-    if error is None and saltation and (run := eligibility.batched_answer(model, asked)) is not None:
+    if error is None and saltation and (run := eligibility.batched_answer(model, stretch)) is not None:
         return run
     timeless = has_no_clock(model)
     for neutral in (True, False) if timeless else (False,):
-        bundle = framed(model, asked.request, asked.count, saltation, neutral)
+        bundle = framed(model, stretch.request, stretch.count, saltation, neutral)
         bundle.advance(0.0)
         start = float(bundle.tangents.logs[0])
-        rows, ended = follow(bundle, asked.begin, error, progress)
+        rows, ended = follow(bundle, stretch.begin, error, progress)
         if not neutral or moves(start, float(bundle.tangents.logs[0])):
             break
     kept = {"neutral": neutral, "rested": timeless and not neutral, "grazing": bundle.grazing}
-    excluded = exclusion(model, asked.request) or ("" if _alike(model, asked) else "exponents")
+    excluded = exclusion(model, stretch.request) or ("" if _alike(model, stretch) else "exponents")
     return Stretched(model, rows, bundle.logs, **kept, **ended, route=route_of(excluded))
 
 
-def _alike(model: Model, asked: Stretch) -> bool:
+def _alike(model: Model, stretch: Stretch) -> bool:
     """Whether lanes can carry the tangents: a single one, of an autonomous linkage without memories."""
-    alone = asked.count == 1 and model.links and not model.memories
+    alone = stretch.count == 1 and model.links and not model.memories
     return bool(alone) and has_no_clock(model)
 
 
-def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[Stretched]:
+def grown_together(models: Sequence[Model], stretches: Sequence[Stretch]) -> list[Stretched]:
     """Follow motions as `grown` does, eight at once where that can be; the others one by one.
 
     Motions of one structure share lanes. A motion that comes to rest, that fails there, or whose tangent an
     ensemble cannot follow, is followed anew by itself.
     """
     groups: dict[Any, list[int]] = {}
-    for n, (model, one) in enumerate(zip(models, asked, strict=True)):
+    for n, (model, one) in enumerate(zip(models, stretches, strict=True)):
         if not exclusion(model, one.request) and _alike(model, one):
             groups.setdefault(model.structure, []).append(n)
     found: dict[int, Stretched | None] = {}
     for group in groups.values():
-        some, own = [models[n] for n in group], [asked[n] for n in group]
+        some, own = [models[n] for n in group], [stretches[n] for n in group]
         carried = carry(some, [one.request for one in own], list(map(_tangent, some, own)))
         found |= zip(group, map(_stretched, some, carried), strict=True)
-    alone = {n: grown(*pair) for n, pair in enumerate(zip(models, asked, strict=True)) if not found.get(n)}
+    alone = {n: grown(*two) for n, two in enumerate(zip(models, stretches, strict=True)) if not found.get(n)}
     alone |= {n: replace(run, route=LEFT) for n, run in alone.items() if n in found}
     return [alone.get(n) or found[n] for n in range(len(models))]
 
 
-def followed_together(asked: Sequence[tuple[Model, Request | Stretch]]) -> list[Records | Stretched]:
+def followed_together(questions: Sequence[tuple[Model, Request | Stretch]]) -> list[Records | Stretched]:
     """Follow motions side by side, motions with tangents in lanes of their own (motion.eligibility)."""
     found: dict[int, Records | Stretched] = {}
     for kind, together in ((Request, follow_ensemble), (Stretch, grown_together)):
-        some = [n for n, (_, one) in enumerate(asked) if isinstance(one, kind)]
+        some = [n for n, (_, one) in enumerate(questions) if isinstance(one, kind)]
         if some:
-            found |= zip(some, together(*zip(*(asked[n] for n in some), strict=True)), strict=True)
-    return [found[n] for n in range(len(asked))]
+            found |= zip(some, together(*zip(*(questions[n] for n in some), strict=True)), strict=True)
+    return [found[n] for n in range(len(questions))]
 
 
-def _tangent(model: Model, asked: Stretch) -> Tangent:
+def _tangent(model: Model, stretch: Stretch) -> Tangent:
     """The tangent that `framed` has besides the motion's own."""
-    scale, request = scales(model), asked.request
-    block = (request.duration - asked.begin) / batch_means.BLOCKS
+    scale, request = scales(model), stretch.request
+    block = (request.duration - stretch.begin) / batch_means.BLOCKS
     limits = SOLVED * request.rtol, tolerated(model.structure, request.rtol)
-    return Tangent(frame(2, scale)[1], scale, asked.begin, block, *limits)
+    return Tangent(frame(2, scale)[1], scale, stretch.begin, block, *limits)
 
 
 def _stretched(model: Model, run: Carried) -> Stretched | None:

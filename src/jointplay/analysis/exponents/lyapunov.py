@@ -247,8 +247,8 @@ def lyapunov(  # noqa: D417 (nobody gives it the model)
         cut = rules.model_for(mechanism, motion["initial"], CrankAngle())
         prepare(model.structure, "tangents.tangent_flow")
         prepare(cut.structure)  # beside the other, which takes longer
-    asked = Stretch(request, count, begin), error, saltation, part(motion["progress"], 0.0, share)
-    run = batched(ensemble, partial(grown, model, *asked), followed_together)
+    settings = Stretch(request, count, begin), error, saltation, part(motion["progress"], 0.0, share)
+    run = batched(ensemble, partial(grown, model, *settings), followed_together)
     values = _values(run, count)
     if twin_turns and run.status != INTERRUPTED:
         rest = part(motion["progress"], share, 1.0)

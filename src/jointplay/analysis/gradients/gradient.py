@@ -239,11 +239,11 @@ def gradient(
         error[~orbits], (slowest, *others) = np.abs(slopes[~orbits] - looser), nearness(run)
         near = (min(grazing, slowest), *others)
         if orbits.any():
-            asked = [(each.how, int(each.key)) for each in quantities if each.how in selection.MULTIPLIERS]
+            numbered = [(each.how, int(each.key)) for each in quantities if each.how in selection.MULTIPLIERS]
             maps = _maps(start, (turns, rtol, limit, section))
             moved_by = [Parameter(mechanism, key) for key in keys]
             changes = [selection.change(found, maps(each), each.value, each.key) for each in moved_by]
-            changed_orbit = selection.derivatives(found, changes, asked)
+            changed_orbit = selection.derivatives(found, changes, numbered)
             values[orbits], slopes[orbits], error[orbits], equal = changed_orbit
     except ArithmeticError as stop:
         status, neutral = int(stop.args[0]), isinstance(stop, selection.Neutral)

@@ -499,8 +499,8 @@ def followed(
             ]
             turns = SHOWN if extreme and settings["orbit"] else settings["turns"]
             if places:
-                asked = {"of": [names[i] for i in places], "by": list(by), "turns": turns}
-                values[places] = gradient(mechanism, **asked, **run | {"initial": state})["value"].values
+                request = {"of": [names[i] for i in places], "by": list(by), "turns": turns}
+                values[places] = gradient(mechanism, **request, **run | {"initial": state})["value"].values
         return values, _course(mechanism, names, settings, run)
 
 

@@ -282,7 +282,7 @@ def _differentiated(listed: Callable[[float], np.ndarray], value: float) -> tupl
 
 
 def derivatives(
-    orbit: Orbit, changes: Sequence[Change], asked: Sequence[tuple[str, int]]
+    orbit: Orbit, changes: Sequence[Change], multipliers: Sequence[tuple[str, int]]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
     """Numbers of multipliers, their derivatives and errors; whether a wanted one is not simple.
 
@@ -292,7 +292,7 @@ def derivatives(
         Whose multipliers.
     changes : sequence of Change
         Of each parameter.
-    asked : sequence of (str, int)
+    multipliers : sequence of (str, int)
         Word of `MULTIPLIERS`, and number of the multiplier, counted from 1 as the largest.
     """
     from scipy.linalg import eig  # takes long to import, and names are checked without
@@ -322,8 +322,8 @@ def derivatives(
                 errors / size / T + np.abs(rate) * times[:, 1:] / T,
             ),
         }
-    columns = [tuple(part[..., number - 1] for part in parts[word]) for word, number in asked]
+    columns = [tuple(part[..., number - 1] for part in parts[word]) for word, number in multipliers]
     values, found, error = (np.array(each) for each in zip(*columns, strict=True))
     # an error of DP parts two equal ones, and both their eigenvectors, by its root
-    simple = all(abs(across[number - 1]) > np.sqrt(orbit.map.rtol) for _, number in asked)
+    simple = all(abs(across[number - 1]) > np.sqrt(orbit.map.rtol) for _, number in multipliers)
     return values, found, error, not simple
