@@ -56,7 +56,11 @@ def test_orbits_exponents_and_derivatives_know_it():
     """From y = -2, at p = 0, it never turns on."""
     orbit = jp.periodic_orbit(relay(), transient=20)
     assert float(orbit["orbit_state"].sel(state="z")) == pytest.approx(0.0, abs=1e-9)
-    np.testing.assert_allclose(np.sort(np.linalg.norm(orbit["floquet_multiplier"].values, axis=-1))[::-1], [DECAY, DECAY, 0.0], rtol=1e-6)
+    np.testing.assert_allclose(
+        np.sort(np.linalg.norm(orbit["floquet_multiplier"].values, axis=-1))[::-1],
+        [DECAY, DECAY, 0.0],
+        rtol=1e-6,
+    )
     growth = jp.lyapunov(relay(), exponents="all", turns=20)["lyapunov_exponent"].values
     np.testing.assert_allclose(growth, [-1.0, -1.0], rtol=1e-6)
     slopes = jp.gradient(relay(), of=["end:state:y", "end:state:z"], by=["p"], orbit=True)
