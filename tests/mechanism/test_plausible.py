@@ -30,6 +30,7 @@ from jointplay.solver.mechanism.records import (
     Servo,
     Spring,
     System,
+    TorsionSpring,
 )
 from jointplay.study.file import load
 from jointplay.study.models import build_mechanism
@@ -478,3 +479,16 @@ def test_a_section_at_an_eccentricity_that_no_journal_reaches_is_doubted():
     far = Plane(quantity="eccentricity", joint="B", value=20.0, direction="up")
     assert "did you mean 20 µm?" in found(section=far)["section.value"]
     assert found(section=far.model_copy(update={"value": 2e-5})) == {}
+
+
+def test_a_torsion_spring_that_starts_wound_by_a_turn_is_doubted():
+    """Links' angles at the start lie within half a turn of 0: beyond it a turn is missed."""
+
+    def doubted(angle, **more):
+        spring = TorsionSpring(**{"from": "rocker"}, name="coil", to="ground", stiffness=2.0, angle=angle)
+        sprung = four_bar(0.12, 0.04, 0.08, 0.12, 1e-4, springs=(spring,), **more)
+        return [key for key in found(sprung) if "springs" in key]
+
+    assert not doubted(1.0)
+    assert doubted(1.0 + 2 * math.pi) == ["mechanism.springs[0].angle"]
+    assert not doubted(1.0 + 2 * math.pi, as_meant=True)

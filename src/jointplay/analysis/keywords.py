@@ -33,7 +33,7 @@ from jointplay.display.accepted import with_returns
 from jointplay.display.errors import Problem, refuse, warn
 from jointplay.jobs.origin import version
 from jointplay.solver.mechanism import plausible
-from jointplay.solver.mechanism.assemble import journal_distances
+from jointplay.solver.mechanism.assemble import journal_distances, windings
 from jointplay.solver.mechanism.base import (
     Angle,
     Branch,
@@ -59,6 +59,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 RTOL = (1e-14, 1e-4)
 MOST = 100_000  # values along an axis
+SETTLING = 100  # turns
 LENGTHS = ("initial", "transient", "turns", "duration", "windows", "at")  # by which a crank's way is known
 HANDED: Any = None  # in a signature, default of what an analysis is handed and no call gives
 
@@ -174,7 +175,10 @@ def doubts(mechanism: Any, initial: Any = None, section: Any = None) -> Iterator
     linkage = isinstance(mechanism, Mechanism)
     placed = linkage and isinstance(initial, Mapping) and "angle" in initial
     apart = journal_distances(mechanism, initial) if placed else None
-    yield from plausible.doubts(mechanism, initial, section, apart)
+    wound = (
+        windings(mechanism, initial) if linkage and any(each.twists for each in mechanism.springs) else None
+    )
+    yield from plausible.doubts(mechanism, initial, section, apart, wound)
     if linkage and not mechanism.as_meant:
         yield from ideal.doubts(mechanism)
 
@@ -382,7 +386,7 @@ class Settling(Motion, total=False):
         Number of turns of the crank, or periods of the forcing, that the motion is given to settle.
     """
 
-    transient: Annotated[Count, Usual(100)]
+    transient: Annotated[Count, Usual(SETTLING)]
 
 
 class Divided(Settling, total=False):

@@ -45,7 +45,7 @@ from jointplay.analysis.evaluate import OUTCOME, Quantities, in_order
 from jointplay.analysis.gradients import gradient_dataset, selection
 from jointplay.analysis.gradients.gradient_dataset import IN_PARAMETER, IN_QUANTITY, VERDICTS, WHY
 from jointplay.analysis.gradients.selection import Quantity
-from jointplay.analysis.keywords import Moving, Names, Settling, analysis
+from jointplay.analysis.keywords import SETTLING, Moving, Names, Settling, analysis
 from jointplay.analysis.labels import Out, ended, xr
 from jointplay.analysis.orbits.orbit_dataset import STABILITY, section_fits, stability, started
 from jointplay.analysis.orbits.section_map import (
@@ -96,6 +96,13 @@ def _by_fits(mechanism: Mechanism | TestSystem, by: tuple[str, ...] | None, orbi
     else:
         yield from selection.parameters_fit(mechanism, by, states)
         yield from rules.alike_beside(mechanism, "by", by or () if orbit else ())
+
+
+def settling_fits(orbit: bool, transient: int) -> Iterator[Problem]:
+    """Yield the problem of a transient where no orbit is sought: a motion is taken from its start on."""
+    if not orbit and transient not in (0, SETTLING):
+        expected = "0 is accepted without orbit = true: what is differentiated begins at the start"
+        yield Problem("transient", transient, expected)
 
 
 def _orbit_fits(mechanism: Mechanism | TestSystem, orbit: bool, section: Plane | None) -> Iterator[Problem]:
@@ -168,7 +175,7 @@ OUTPUTS = Outputs(
 
 
 @analysis(
-    *(selection.quantities_fit, _by_fits, _orbit_fits, "model"),
+    *(selection.quantities_fit, _by_fits, _orbit_fits, settling_fits, "model"),
     usual={"rtol": 1e-10},
     outputs=OUTPUTS,
     model=started,
@@ -552,8 +559,10 @@ def peak(model: Model, key: str, sign: float, end: float, turns: float, rtol: fl
         found = sign * values(model, rows, key)
         top = int(np.nanargmax(found))
         at = float(rows[top, 0])
-        low = rows[rows[:, 0] < at, 0].max(initial=0.0)
-        high = rows[rows[:, 0] > at, 0].min(initial=end)
+        beside = (times[-1] - times[0]) / len(times) / 2  # where a sample or a step does not bound the top
+        samples, events = records.samples[:, 0], records.events[:, 2]
+        marks = np.concatenate([samples[abs(samples - at) > beside], events])
+        low, high = marks[marks < at].max(initial=0.0), marks[marks > at].min(initial=end)
         times = np.unique(np.append(np.linspace(low, high, CLOSER), at))
     if np.any(records.events[:, 2] == at):
         sides = sign * values(model, records.steps[records.steps[:, 2] == at, 2:], key)

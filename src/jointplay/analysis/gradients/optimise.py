@@ -47,7 +47,7 @@ from jointplay.analysis.coexisting.region import Ends
 from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.gradients import gradient_dataset, selection
-from jointplay.analysis.gradients.gradient import gradient, start_section
+from jointplay.analysis.gradients.gradient import gradient, settling_fits, start_section
 from jointplay.analysis.gradients.gradient_dataset import IN_PARAMETER, IN_QUANTITY, VERDICTS
 from jointplay.analysis.gradients.selection import MULTIPLIERS
 from jointplay.analysis.keywords import Moving, Quantity, Settling, Small, analysis
@@ -276,7 +276,16 @@ def contacts(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
     return tuple(name.removeprefix("largest:") for name in usual if name.startswith(f"largest:{FORCE}"))
 
 
-@analysis(bounds_fit, aim_fits, ideal_fits, "model", usual={"rtol": 1e-10}, outputs=OUTPUTS, model=started)
+@analysis(
+    bounds_fit,
+    aim_fits,
+    ideal_fits,
+    settling_fits,
+    "model",
+    usual={"rtol": 1e-10},
+    outputs=OUTPUTS,
+    model=started,
+)
 def optimise(
     mechanism: Moving,
     *,

@@ -13,7 +13,7 @@ from jointplay.solver.equations.drives import DRIVES
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.equations.parameters import parameter_names
 from jointplay.solver.equations.structure import Linkage, Spring
-from jointplay.solver.mechanism.base import DOWNWARDS
+from jointplay.solver.mechanism.base import DOWNWARDS, GROUND
 from jointplay.solver.mechanism.loops.kinematic_chains import Forest
 from jointplay.solver.mechanism.loops.loop_numbers import Bases, guesses, loop_numbers
 from jointplay.solver.mechanism.model import DEEP, DEFLECTION, SPEED_FLOOR, Model
@@ -194,6 +194,13 @@ def journal_distances(mechanism: Mechanism, initial: Any) -> dict[str, float]:
     """Distances of journals from their bearings' centres at a start, m, by joint."""
     bases = Bases(mechanism, Forest.of(mechanism), start(mechanism, initial))
     return {joint.name: bases.apart(joint) for joint in mechanism.clearance_joints}
+
+
+def windings(mechanism: Mechanism, initial: Any) -> dict[str, float]:
+    """Angles by which torsion springs are wound at a start, rad, by their place among the springs."""
+    angles = {**start(mechanism, initial).angles, GROUND: 0.0}
+    twisting = {f"springs[{i}].angle": each for i, each in enumerate(mechanism.springs) if each.twists}
+    return {key: angles[a] - angles[b] - each.rest for key, each in twisting.items() for a, b in [each.links]}
 
 
 def _positions(

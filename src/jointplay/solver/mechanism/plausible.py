@@ -83,7 +83,11 @@ def too_wide(clearance: float, links: Sequence[Any]) -> str:
 
 
 def doubts(
-    mechanism: Any, initial: Any = None, section: Any = None, apart: Mapping[str, float] | None = None
+    mechanism: Any,
+    initial: Any = None,
+    section: Any = None,
+    apart: Mapping[str, float] | None = None,
+    wound: Mapping[str, float] | None = None,
 ) -> Iterator[Problem]:
     """Yield doubts about a valid mechanism, start and section, with keys of an analysis.
 
@@ -95,6 +99,8 @@ def doubts(
         As of an analysis.
     apart : mapping of str to float, optional
         Distances of journals from their bearings' centres at the start, m, by joint.
+    wound : mapping of str to float, optional
+        Angles by which torsion springs are wound at the start, rad, by key.
     """
     if mechanism is None or mechanism.as_meant:
         return
@@ -105,6 +111,7 @@ def doubts(
     own = (_lengths, _turned, _pulled_or_rubbed, _unlike_its_shape, _unlike_its_parts, _played, _fast)
     for doubted in own:
         found += doubted(mechanism)
+    found += [_wound(key, angle) for key, angle in (wound or {}).items() if abs(angle) > math.pi]
     yield from (replace(problem, key=join("mechanism", problem.key)) for problem in found)
     if isinstance(initial, Mapping):
         yield from _start(mechanism, initial, apart or {})
@@ -334,6 +341,12 @@ def _fast(mechanism: Any) -> Iterator[Problem]:
 def _in_rpm(key: str, speed: float, why: str) -> Problem:
     meant = f"if {speed:g} rpm are meant, write '{speed:g} rpm' or {speed * RPM:.6g}"
     return Problem(key, speed, f"{speed:g} rad/s are {speed / RPM:.5g} rpm, {why}; {meant}")
+
+
+def _wound(key: str, angle: float) -> Problem:
+    turns = "angles of links are counted from the start, where they lie within half a turn of 0"
+    text = f"the spring starts wound by {math.degrees(angle):.4g} deg, more than half a turn: {turns}"
+    return Problem(key, f"{angle:.4g} rad", f"{text}; is a turn to be added or taken off?")
 
 
 def _start(mechanism: Any, initial: Mapping[str, Any], apart: Mapping[str, float]) -> Iterator[Problem]:
