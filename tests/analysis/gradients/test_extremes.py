@@ -103,3 +103,11 @@ def test_a_transient_is_of_an_orbit_alone(asked):
         given = {"least": peak, "by": {"gravity": (9.0, 10.0)}, "orbit": False}
     with pytest.raises(jp.InputError, match="begins at the start"):
         asked(linkage, transient=60, **given)
+
+
+def test_tops_at_one_time_are_followed_together():
+    linkage = catalog.chunmei2002(clearance={"B": 2e-4}, gear_ratio=3.0).replace(friction=0.1)
+    names = ["largest:normal_force:B", "largest:tangential_force:B"]  # proportional
+    both = jp.gradient(linkage, of=names, by=["gravity"], turns=1, rtol=1e-11)
+    assert jp.words(both)["status"] == "ok"
+    np.testing.assert_allclose(both["derivative"].values[1] / both["derivative"].values[0], 0.1, rtol=1e-6)

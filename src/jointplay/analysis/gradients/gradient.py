@@ -85,6 +85,7 @@ ASIDE, ROOM = 1e-9, 10.0  # of the period, and tolerances: so far from an event 
 SAMPLES, CLOSER, ROUNDS = 4096, 33, 2  # of a turn; about the largest; how often
 DEGREE, SHARPER, LEAST = 6, 1e-2, 1e-13  # of the polynomial; tolerance of its run in that of the motion's
 UNLIKE = 1e-2  # relative difference of a largest value between the two runs
+ALIKE = 1e-13  # of the period: nearer times are one
 STEP = 1e-40  # of the complex step
 
 
@@ -420,6 +421,8 @@ class Run:
         return Bundle(self.model, request, none, tolerance, directions=self.directions)
 
     def _advance(self, bundle: Bundle, until: float) -> None:
+        if bundle.time > 0 and until - bundle.time < ALIKE * self.model.period:
+            return
         if status := bundle.advance(until):
             raise ArithmeticError(status)
 
