@@ -261,7 +261,7 @@ def largest_of(turn):
     [
         ({"clearance": 0.0}, {}, "mechanism.joints"),
         ({"drive": None}, {}, "mechanism.drive"),
-        ({}, {"along": ["joints.Q.clearance"]}, "along.joints.Q.clearance"),
+        ({}, {"along": ["joints.Q.clearance"]}, "along[0]"),
         ({}, {"along": []}, "along"),
         ({}, {"along": ["gear_ratio", "gear_ratio"]}, "along"),
         ({}, {"along": ["speed"]}, "along[0]"),
@@ -282,8 +282,14 @@ def test_play_in_a_guide_is_refused_by_the_guide():
 
 
 def test_a_test_system_is_refused():
-    with pytest.raises(InputError, match="a linkage is accepted"):
+    with pytest.raises(InputError, match=r"play in a joint is assessed; .* kind = 'continuation'"):
         jp.assess(jp.catalog.impact_pair(3.0, 0.8))
+
+
+@pytest.mark.parametrize("key", ["speed", "joints.C.clearance"])
+def test_what_is_varied_by_factors_has_to_have_a_value(key):
+    with pytest.raises(InputError, match="a parameter whose value is a number other than 0 is accepted"):
+        jp.assess(LOOSE, along=[key])
 
 
 def test_a_motion_that_does_not_settle_in_its_share_is_told_by_a_few_turns(monkeypatch):

@@ -194,7 +194,8 @@ Answer = Mapping[str, Any]
 
 def _assessable(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
     if not isinstance(mechanism, Mechanism):
-        yield Problem("mechanism", mechanism.name, "a linkage is accepted, no test system")
+        other = "where the motion of equations changes, kind = 'bifurcation' or kind = 'continuation' tells"
+        yield Problem("mechanism", mechanism.name, f"a linkage with play in a joint is assessed; {other}")
         return
     if not mechanism.clearance_joints:
         yield Problem("mechanism.joints", "no clearance", "clearance in at least one joint is needed")
@@ -212,14 +213,13 @@ def _along_fits(mechanism: Mechanism | TestSystem, along: Sequence[str] | None) 
     yield from rules.alike_beside(mechanism, "along", along or ())
     several = isinstance(mechanism, Mechanism) and len(mechanism.clearance_joints) > 1
     for i, key in enumerate(along or ()):
-        place = f"along[{i}]"
-        value = Parameter.named(mechanism, key, f"along.{key}").value
+        place, expected = f"along[{i}]", ""
+        value = Parameter.named(mechanism, key, place).value
         if not is_number(value) or value == 0:
-            yield Problem(place, key, "what has a value here, and not 0, is accepted")
+            expected = "a parameter whose value is a number other than 0 is accepted"
         elif key == "clearance" and several:
-            yield Problem(
-                place, key, "one of several clearances is accepted by its path, joints.NAME.clearance"
-            )
+            expected = "one of several clearances is accepted by its path, joints.NAME.clearance"
+        yield from [Problem(place, key, expected)] * bool(expected)
 
 
 @growing
