@@ -15,6 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from jointplay import figures
+from jointplay.display import codes
 from jointplay.display.errors import InputError
 from jointplay.display.number_text import measure, plain
 from jointplay.solver.mechanism.base import GROUND
@@ -50,13 +51,15 @@ def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str
         return None, f"This page does not compute: {error}."
     keys = [each["key"] for each in made.data["parameters"]]
     linkage = isinstance(mechanism, Mechanism)
+    loose = mechanism.contacts if linkage else ()
+    corners = {label: words for label in loose if (words := codes.contact(label)) != label}
     found = {
         "heading": heading(mechanism),
         "text": f"{made.text}\n{own('worker.js')}",
         "solver": made.data,
         "ideal": None,
         "scene": moving.scene(mechanism) if linkage else None,
-        "limits": LIMITS,
+        "limits": LIMITS | {"corners": corners},
         "views": views(mechanism, made.data["state"]),
         "first": [key for word in FIRST for key in keys if key.split(".")[0] == word][:MOST] or keys[:MOST],
         "paths": (paths := paths_of(mechanism, made.data["parameters"])),

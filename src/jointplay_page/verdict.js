@@ -72,18 +72,13 @@ const verdict = (() => {
 
   const speedText = (speed) => (speed < 0.2 ? `${number(1e3 * speed)} mm/s` : `${number(speed)} m/s`);
 
-  // A joint, or a corner of a slider, in words.
-  function called(label) {
-    const corner = label.match(/^(.+)_(upper|lower)_(front|rear)$/);
-    return corner ? `the ${corner[2]} ${corner[3]} corner of joint ${corner[1]}` : `joint ${label}`;
-  }
-
   const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
   // The sentence of an assessment on a motion that has been followed for so many turns.
   function worked(seen, limits) {
     const { grade, lost, strained, ratio, hit, fastest } = graded(seen, limits);
     const times = often(seen.separations[hit] / seen.counted);
+    const called = (label) => (label in limits.corners ? `the ${limits.corners[label]}` : `joint ${label}`);
     if (!grade) return lost ? `${hit ? `${capital(called(hit))} loses contact` : "Contact is lost"} ${times}${fastest > 0 ? ` and hits at ${speedText(fastest)}; forces of ideal joints are not known, and there is no grade without them` : ""}.` : "";
     const force = ratio < limits.alike && ratio > 1 / limits.alike ? `forces are those of ideal joints, within ${number(100 * (limits.alike - 1))} %`
       : `${called(strained)} carries up to ${number(seen.force[strained])} N, ${number(ratio)} times as much as with ideal joints`;

@@ -84,8 +84,9 @@ def test_a_motion_is_told_as_an_assessment_tells_it(tmp_path):
     found = worked(tmp_path, separations={"B": 0}, force={"B": 10.05, "O": 9})
     assert found == "Quiet: contact is never lost; forces are those of ideal joints, within 1 %"
     sliding = {"separations": {"G_upper_front": 400}, "speed": {"G_upper_front": 0.046}}
-    corner = worked(tmp_path, force={"O": 30}, **sliding)
-    assert corner.startswith("Hammers: the upper front corner of joint G loses contact once a turn and hits")
+    corners = LIMITS | {"corners": {"G_upper_front": "upper front corner of G"}}
+    corner = worked(tmp_path, force={"O": 30}, **sliding, limits=corners)
+    assert corner.startswith("Hammers: the upper front corner of G loses contact once a turn and hits")
     slight = {"ideal": {"B": 1e-8, "O": 10}, "force": {"B": 1e-7, "O": 9.99}}  # rounding has no ratio
     assert worked(tmp_path, separations={"B": 0}, **slight) == found
     unknown = words(tmp_path, [-0.5] * 9, ideal=None, separations={"B": 9}, speed={"B": 0.3}, force={"B": 1})

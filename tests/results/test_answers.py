@@ -397,6 +397,15 @@ def test_a_guide_without_clearance_has_no_part_in_contacts():
     assert said(found) == ["largest forces: contact B 4 N", "share of the time in contact: B 40 %"]
 
 
+def test_corners_of_a_guide_are_told_as_figures_name_them():
+    spans = {"recorded_time": var((), 0.2, "s"), "contact_fraction": var("joint", [0.4, 0.3])}
+    found = history(["B", "G_upper_front"], largest_force=var("joint", [4.0, 3.0], "N"), **spans)
+    assert said(found) == [
+        "largest forces: contact B 4 N, upper front corner of G 3 N",
+        "share of the time in contact: B 40 %, upper front corner of G 30 %",
+    ]
+
+
 def test_section_points():
     def points(values):
         values = np.array(values, dtype=float)[:, None]

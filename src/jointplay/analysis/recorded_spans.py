@@ -21,6 +21,7 @@ from jointplay.analysis.contacts import ROW, TIME, begun
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.labels import Out, xr
 from jointplay.analysis.quantities import WORDS
+from jointplay.display import codes
 from jointplay.display.number_text import measure, plain
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.method.codes import Mode
@@ -304,7 +305,7 @@ def _each(dataset: xr.Dataset, name: str) -> dict[str, str]:
     units = str(array.attrs.get("units", "1"))
     labels = array[array.dims[0]].values if array.ndim and array.dims[0] in array.coords else [""]
     pairs = zip(labels, np.atleast_1d(array.values), strict=False)
-    return {str(label): measure(float(v), units, 3) for label, v in pairs if np.isfinite(v)}
+    return {codes.contact(str(label)): measure(float(v), units, 3) for label, v in pairs if np.isfinite(v)}
 
 
 def _sizes(dataset: xr.Dataset) -> str:
@@ -323,7 +324,7 @@ def _contacts(dataset: xr.Dataset) -> str:
         parts.append(f"contacts begun per nominal turn: {plain(int(dataset['contacts_begun']) / turns, 3)}")
     if "contact_fraction" in dataset:
         loose = dataset["contact_fraction"].values
-        names = dataset["joint"].values
+        names = map(codes.contact, dataset["joint"].values)
         each = [f"{n} {plain(100 * s, 3)} %" for n, s in zip(names, loose, strict=True) if np.isfinite(s)]
         parts += [f"share of the time in contact: {', '.join(each)}"] if each else []
     return "; ".join(parts)

@@ -26,9 +26,9 @@ def flags(array: DataArray) -> dict[int, str]:
 
 
 def contact(label: str) -> str:
-    """Return a label in words, ``G, upper front corner`` for ``G_upper_front``; one of no corner as it is."""
+    """Return a label in words, ``upper front corner of G`` for ``G_upper_front``; other ones as they are."""
     found = CORNER.fullmatch(label)
-    return f"{found[1]}, {found[2]} {found[3]} corner" if found else label
+    return f"{found[2]} {found[3]} corner of {found[1]}" if found else label
 
 
 def words(array: DataArray) -> DataArray:

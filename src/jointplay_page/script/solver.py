@@ -73,6 +73,7 @@ LIMITS = {  # of an assessment's grades and words
     "heavy": page.HEAVY,
     "alike": ALIKE,
     "negligible": page.NEGLIGIBLE,
+    "corners": {},  # words for a mechanism's own
 }
 LOG_ROWS = 512
 HEADER = "from math import atan2, copysign, cos, exp, log, sin, sqrt, tan, tanh\n"

@@ -44,14 +44,14 @@ def test_without_its_slide_a_corner_is_drawn_over_the_time():
 def test_an_overview_has_the_gap(joint):
     sheet = figures.draw(of_a_guide(), {"kind": "overview"} | ({"joint": joint} if joint else {}))
     labels = [ax.get_ylabel().replace("\n", " ") for ax in sheet.axes]
-    assert any("Distance of G, lower front corner" in label for label in labels)
+    assert any("Distance of lower front corner of G" in label for label in labels)
 
 
 def test_a_corner_has_words_in_legends():
     corners = ["G_lower_front", "G_upper_rear"]
     data = of_a_guide().isel(joint=[0, 0]).assign_coords(joint=corners)
     ax = figures.draw(data, {"kind": "time_history", "variables": "normal_force"}).axes[0]
-    assert ax.get_legend_handles_labels()[1] == ["G, lower front corner", "G, upper rear corner"]
+    assert ax.get_legend_handles_labels()[1] == ["lower front corner of G", "upper rear corner of G"]
     given = {"kind": "time_history", "variables": "normal_force", "joint": "G_lower_front"}
     (ax, *_) = figures.draw(data, given).axes
-    assert ax.get_ylabel().replace("\n", " ").startswith("Normal contact force, G, lower front")
+    assert ax.get_ylabel().replace("\n", " ").startswith("Normal contact force, lower front")
