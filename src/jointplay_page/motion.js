@@ -7,7 +7,7 @@ if (jointplay.data.motion) {
   const time = numbers(motion.time);
   const links = motion.links.map((link) => ({ ...link, frames: numbers(link.frames) }));
   const bearings = motion.bearings.map((each) => ({ ...each, journal: numbers(each.journal), force: each.force && numbers(each.force) }));
-  const guides = motion.guides.map((each) => ({ ...each, ways: numbers(each.ways), touch: numbers(each.touch), force: each.force && numbers(each.force) }));
+  const guides = motion.guides.map((each) => ({ ...each, ways: numbers(each.ways), touch: each.touch && numbers(each.touch), force: each.force && numbers(each.force) }));
   const slider = element("frame");
   const period = Number.isFinite(motion.period) && motion.period > 0 ? motion.period : time.at(-1) - time[0];
   const SECONDS = 3; // a turn takes, as it is played

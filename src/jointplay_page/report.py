@@ -319,11 +319,9 @@ def inset(number: int, bearing: dict[str, Any]) -> str:
 def guide_inset(number: int, guide: dict[str, Any]) -> str:
     """Return the place where a slider between the faces of its guide is shown."""
     name, clearance = escape(guide["name"]), measure(guide["clearance"], "m")
-    words = (
-        f"Slider on guide {name}: the gap on either side is the clearance of {clearance}; the block's height"
-    )
-    words += " is cut short; corners in contact are filled"
-    force = ", the bars are the forces on the slider" if "force" in guide else ""
+    words = f"Slider on guide {name}: the gap on either side is the clearance of {clearance}; the block's"
+    words += " height is cut short" + "; corners in contact are filled" * ("touch" in guide)
+    force = "; the bars are the forces on the slider" if "force" in guide else ""
     return canvas(f"guide{number}", f"Slider on guide {name}", words + force)
 
 

@@ -129,7 +129,8 @@ const stage = (() => {
     return pin.direction + (link ? link.frames[3 * at + 2] : 0);
   }
 
-  // How far from a guide's place its block comes along it, backwards and forwards, over all samples.
+  // How far from a guide's place its block comes along it, backwards and forwards, over all samples of a motion; its
+  // pin keeps it, as it is the same in every frame.
   function stroke(scene, pin) {
     const ways = Array.from({ length: scene.links[0].frames.length / 3 }, (_, i) => {
       const [[x, y], [bx, by], angle] = [pinAt(scene, pin, i), pinAt(scene, pin.block, i), turned(scene, pin, i)];
@@ -144,7 +145,7 @@ const stage = (() => {
     const [x, y] = put(pinAt(scene, pin, at));
     const angle = turned(scene, pin, at);
     const link = scene.links.find((each) => each.name === pin.link);
-    const along = link ? [...link.along.map((s) => (s - pin.at) * Math.cos(pin.direction)), ...stroke(scene, pin)] : [-1e4, 1e4];
+    const along = link ? [...link.along.map((s) => (s - pin.at) * Math.cos(pin.direction)), ...(pin.stroke ??= stroke(scene, pin))] : [-1e4, 1e4];
     const [near, far] = [Math.min(...along), Math.max(...along)].map((each) => scale * each);
     const [dx, dy] = [Math.cos(angle), -Math.sin(angle)];
     const away = pin.sizes ? scale * (pin.sizes[1] + pin.clearance) : 0;
@@ -198,7 +199,7 @@ const stage = (() => {
   }
 
   // A guide has the `ways` of its slider's corners to their faces (upper front and rear, lower front and rear), in
-  // clearances, and whether they `touch`. Only the gap is to scale across the guide.
+  // clearances, and whether they `touch` where that is known. Only the gap is to scale across the guide.
   function guide(canvas, shown, at, strongest) {
     const [pen, width, height] = clear(canvas);
     const unit = Math.min(width / 6.4, height / 5.8);
@@ -214,7 +215,7 @@ const stage = (() => {
     pen.fill();
     pen.stroke();
     corners.forEach(([x, y], k) => {
-      pen.fillStyle = colour(shown.touch[4 * at + k] ? "--ink" : "--paper");
+      pen.fillStyle = colour(shown.touch && shown.touch[4 * at + k] ? "--ink" : "--paper");
       circle(pen, x, y, 5, true);
       if (!shown.force || !(strongest > 0)) return;
       pen.strokeStyle = colour("--warm");

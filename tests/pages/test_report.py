@@ -268,3 +268,7 @@ def test_a_slider_with_play_is_shown_by_its_corners():
     np.testing.assert_allclose(numbers["ways"], ways / mechanism.joint("G").clearance, atol=1e-5)
     np.testing.assert_allclose(numbers["force"], forces, atol=1e-5)
     assert (numbers["touch"] == (forces > 0)).all()
+    unknown = moving.moving(data.drop_vars("mode"), mechanism)[0]["guides"][0]
+    assert "touch" not in unknown  # as a film leaves its corners hollow
+    assert "corners in contact are filled" in report.guide_inset(0, guide)
+    assert "corners in contact" not in report.guide_inset(0, unknown)
