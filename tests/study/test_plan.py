@@ -6,6 +6,7 @@ import jointplay as jp
 from jointplay import cli
 from jointplay.analysis import vary
 from jointplay.display.errors import InputError
+from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
 from jointplay.study.execute import complete
 from jointplay.study.plan import plan, status
@@ -244,11 +245,15 @@ def test_a_study_of_one_analysis_has_no_cells(tmp_path):
     assert "gap" not in run(study).dims
 
 
-def test_status_counts_what_parts_have_finished(tmp_path):
+def test_status_counts_what_parts_have_finished(tmp_path, monkeypatch):
     study = loaded(CELLS)
     for number in (1, 2):
         complete(study, tmp_path, Pool(1), share=(number, 3))
+    read = []
+    index = Journal.index
+    monkeypatch.setattr(Journal, "index", lambda each: read.append(each.folder) or index(each))
     lines = list(status(study, tmp_path))
+    assert len(read) == len({*read}) == 3  # two parts and the whole, each once
     assert lines[0] == "cells    4 of 6 finished"
     assert "parts    2, put together by `jointplay merge`" in lines
     complete(study, tmp_path, Pool(1), share=(3, 3))

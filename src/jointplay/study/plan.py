@@ -180,7 +180,7 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
         yield from _answer(study, out / f"{name}.nc")
         return
     parts = part_journals(out, name)
-    index, cells = _finished(study, [*parts, journal])
+    index, cells = _finished(study, indices := [each.index() for each in (*parts, journal)])
     more = f"; {FOLLOW}" if grows(study.record) and not _has_own(study, out / f"{name}.nc") else ""
     yield f"cells    {len(index)}" + (f" of {cells}" if cells else "") + f" finished{more}"
     ends = Counter(Status(code).word for code in index.values() if code)
@@ -190,7 +190,7 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
         yield from _journal_lines(each, index)
         if os.path.exists(each.folder) and (writer := each.writer()) is not None:
             yield f"running  process {writer}" + ("" if each is journal else f" ({each.folder.name})")
-    if own := sum(bool(each.index().keys() & index.keys()) for each in parts):
+    if own := sum(bool(each.keys() & index.keys()) for each in indices[:-1]):
         yield f"parts    {own}, put together by `jointplay merge`"
     if others := len(parts) - own:
         yield f"parts    {others} without a finished cell of this study as it is now"
@@ -216,10 +216,10 @@ def _journal_lines(journal: Journal, keys: Iterable[str]) -> Iterator[str]:
     yield from (f"journal  {line}" for line in ([other] if other else journal.notes(keys)))
 
 
-def _finished(study: Loaded, journals: Iterable[Journal]) -> tuple[dict[str, int], int]:
-    """Status of each cell of a study finished in a journal, and the number of its cells; 0 if not known."""
-    index = {key: status for journal in journals for key, status in journal.index().items()}
-    if has_cells(study.record) and not study.record.vary:  # the analysis need not begin for that
+def _finished(study: Loaded, indices: Iterable[dict[str, int]]) -> tuple[dict[str, int], int]:
+    """Status of each cell of a study that journals name, and the number of its cells; 0 if not known."""
+    index = {key: status for each in indices for key, status in each.items()}
+    if not study.record.vary:  # the analysis need not begin for that
         begin = study_hash(study.record)
         finished = {key: status for key, status in index.items() if key.startswith(begin)}
         if finished or not index:
