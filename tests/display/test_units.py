@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from jointplay.display.number_text import TABLE, plain, shown
+from jointplay.display.number_text import TABLE, measure, plain, shown
 from jointplay.figures.drawing.derived import Degrees
 from jointplay.figures.drawing.timebase import stretch
 
@@ -32,6 +32,12 @@ def test_values_as_shown(value, units, expected):
 def test_symbols():
     symbols = [shown(2.9e-5, units).symbol for units in ("m", "rad", "rad s-1", "N", "N m", "1", "furlong")]
     assert symbols == ["µm", "deg", "rad/s", "N", "N·m", "\N{EN DASH}", "furlong"]
+
+
+@pytest.mark.parametrize(("units", "words"), [("m", "0 m"), ("s", "0 s"), ("m/s", "0 m/s"), ("rad", "0 deg")])
+def test_nothing_is_in_the_unit_and_no_part_of_it(units, words):
+    assert measure(0.0, units) == words
+    assert measure(1e-9, "m") == "0.001 µm"
 
 
 @pytest.mark.parametrize("units", TABLE)

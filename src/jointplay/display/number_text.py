@@ -133,7 +133,7 @@ def shown(values, units: str) -> Shown:
         return Shown(PLAIN.get(units, units), 1.0)
     magnitudes = np.abs(np.asarray(values, dtype=float))
     largest = np.max(magnitudes, initial=0.0, where=np.isfinite(magnitudes))
-    symbol, factor, _ = next(row for row in TABLE[known] if largest >= row[2])
+    symbol, factor, _ = next(row for row in TABLE[known] if largest >= row[2] or not largest)
     return Shown(symbol, factor)
 
 
