@@ -337,6 +337,17 @@ def test_a_keyword_whose_unit_the_mechanism_decides_takes_a_text(mechanism, name
     )
 
 
+def test_a_system_of_the_catalog_takes_its_shares_and_quantities_with_units():
+    assert jp.catalog.impact_pair(3.0, "80 %") == jp.catalog.impact_pair(3.0, 0.8)
+    asked = {"mean_load": 0.1, "amplitude": 0.2, "frequency": 1.6, "damping": 0.05}
+    assert jp.catalog.gear_backlash(**asked, mesh="20 %") == jp.catalog.gear_backlash(**asked, mesh=0.2)
+    texts = {"speed": "0.037 rad/ms", "mass": "1200 g", "stiffness": "1.4 N/mm", "damping": "2 N s/m"}
+    cam = jp.catalog.cam_follower(**texts)
+    assert cam == jp.catalog.cam_follower(speed=37.0, mass=1.2, stiffness=1400.0, damping=2.0)
+    with pytest.raises(InputError, match="mm does not convert to a pure number"):
+        jp.catalog.impact_pair(3.0, "80 mm")
+
+
 def test_an_analysis_is_started_and_asked_in_units():
     moved = jp.simulate(SPRUNG, turns=0.1, initial=["2 mm", "1 mm/s"])
     assert moved["state_value"][0].values.tolist() == [2e-3, 1e-3]

@@ -16,13 +16,13 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from jointplay.solver.mechanism.base import Flag, NonNegative, Number, Positive
+from jointplay.solver.mechanism.base import Flag, NonNegative, Number, Positive, unit
 from jointplay.solver.mechanism.own.own import CATALOG, System
 from jointplay.solver.mechanism.signature import preset
 
 TestSystem = System
-_Restitution = Annotated[NonNegative, Field(le=1)]
-_Share = Annotated[NonNegative, Field(lt=1)]
+_Restitution = Annotated[NonNegative, Field(le=1), unit("restitution", "1")]
+_Share = Annotated[NonNegative, Field(lt=1), unit("share", "1")]
 _TAU = "2*pi"
 _SHAKEN = {"y": "v", "v": "sin(t)"}
 
@@ -205,11 +205,11 @@ _CAM = {  # arcs in the order of a turn: radius in m, how far its centre is, the
 
 @preset("osorio2007")
 def cam_follower(
-    speed: Positive = 37.49,
+    speed: Annotated[Positive, unit("speed", "rad/s")] = 37.49,
     restitution: _Restitution = 0.8,
-    mass: Positive = 1.221,
-    stiffness: Positive = 1430.8,
-    damping: NonNegative = 0.0,
+    mass: Annotated[Positive, unit("mass", "kg")] = 1.221,
+    stiffness: Annotated[Positive, unit("stiffness", "N/m")] = 1430.8,
+    damping: Annotated[NonNegative, unit("damping", "N s/m")] = 0.0,
 ) -> System:
     """Follower with an edge, pressed on a turning cam by a spring; starts 0.3 m above it, rising at 0.4 m/s.
 
