@@ -72,7 +72,9 @@ def again(record: dict[str, Any]) -> str:
     name, changed = file_name(record), changes(record)
     if changed == []:
         words = f"Save the study as <code>{escape(name)}</code>; this computes the result again:"
-        return f"<p>{words}</p>{copied('again', f'jointplay run {shlex.quote(name)}')}"
+        named = "kind" in toml_text.parse(record["study_text"])
+        kind = "" if named else f" --set kind={record['study']['kind']}"
+        return f"<p>{words}</p>{copied('again', f'jointplay run {shlex.quote(name)}{kind}')}"
     words = "This version does not accept the study as it stands here, or it is not all of it."
     if changed:
         listed = "; ".join(changed[:ENTRIES]) + (" and more" if changed[ENTRIES:] else "")
@@ -86,7 +88,7 @@ def changes(record: dict[str, Any]) -> list[str] | None:
     """Return the changes of a run to the text of its study, as ``analysis.turns = 6``; None if unknown."""
     try:
         table = toml_text.parse(str(record.get("study_text", "")))
-        written = validate({"name": record["study"]["name"]} | table).model_dump(mode="json")
+        written = validate({k: record["study"][k] for k in ("name", "kind")} | table).model_dump(mode="json")
         before, after = dict(leaves(written)), dict(leaves(record["study"]))
     except (InputError, KeyError, TypeError):
         return None

@@ -250,6 +250,14 @@ def test_a_run_that_changed_its_study_is_told_with_the_values_that_it_had():
     assert texts.changes(record | {"study_text": "kind = "}) is None
 
 
+def test_a_run_of_a_mechanism_alone_is_computed_again_as_its_kind():
+    text = '[mechanism]\ncatalog = "chunmei2002"\n'
+    study = validate({"name": "s_assess", "kind": "assess"} | parse(text)).model_dump(mode="json")
+    record = {"study": study, "study_text": text, "software": {}, "environment": {}}
+    assert texts.changes(record) == []
+    assert "jointplay run s_assess_page.toml --set kind=assess" in texts.again(record)
+
+
 def test_a_run_too_short_for_its_picture_has_a_page_that_says_so(tmp_path):
     short = section(0)
     short.attrs["provenance"] = json.dumps({"study": {"figure": {"kind": "poincare_section", "x": "none"}}})
