@@ -18,6 +18,7 @@ WARNINGS = {  # files that warn, each with the beginning of its row
     "analysis/gradients/gradient.py": "a derivative hardly exists here",
     "analysis/assessment/assess.py": "with ideal joints the crank comes to no steady speed",
     "analysis/rules.py": "… is left out",
+    "analysis/orbits/orbit_dataset.py": "… motions are neutral",
     "study/results/export.py": "not in the table",
 }
 

@@ -207,11 +207,8 @@ def beyond_the_model(history: Quantities) -> dict[str, str]:
         )
         if deepest > min(DEEP * e, NEAR * end)
     ]
-    if not deep:
-        return {}
-    text = f"{'; '.join(deep)}: please check the start, the units, the loads and the contact data"
-    warn(text)
-    return {"warning": text}
+    asked = "please check the start, the units, the loads and the contact data"
+    return warn(f"{'; '.join(deep)}: {asked}") if deep else {}
 
 
 def attributes(name: str) -> dict[str, Any]:

@@ -96,9 +96,7 @@ def usual_alike(mechanism: Mechanism, keys: Sequence[str]) -> tuple[tuple[str, .
     """Usual parameters beside whose values turns stay alike; of others tells a warning, an attribute too."""
     others = [problem.given for problem in alike_beside(mechanism, "", keys)]
     text = f"{' and '.join(others)} is left out: at other values a load over time differs from turn to turn"
-    if others:
-        warn(text)
-    return tuple(key for key in keys if key not in others), {"warning": text} if others else {}
+    return tuple(key for key in keys if key not in others), warn(text) if others else {}
 
 
 def varied(mechanism: Mechanism | TestSystem, changes: Mapping[str, float]) -> Mechanism | TestSystem:

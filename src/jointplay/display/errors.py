@@ -134,11 +134,12 @@ class ModelWarning(UserWarning):
     """A result is computed, but lies beyond the range that its model describes."""
 
 
-def warn(text: str) -> None:
-    """Warn the first caller outside this package, by a `ModelWarning`."""
+def warn(text: str) -> dict[str, str]:
+    """Warn the first caller outside this package, by a `ModelWarning`; the text as a result's attribute."""
     frames = (frame.f_globals.get("__name__", "") for frame, _ in traceback.walk_stack(sys._getframe(1)))
     inside = takewhile(lambda name: name.startswith("jointplay."), frames)
     warnings.warn(text, ModelWarning, stacklevel=2 + sum(1 for _ in inside))
+    return {"warning": text}
 
 
 def refuse(given: Any, expected: str, key: str = "") -> InputError:

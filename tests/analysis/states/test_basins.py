@@ -67,6 +67,29 @@ def test_a_saddle_that_a_start_hits_is_no_attractor():
     assert "an unstable periodic orbit" in str(jp.summary(found))
 
 
+CENTRE = {"states": {"x": 0.5, "v": 0.0}, "parameters": {"f": 0.3, "c": 0.0}, "forcing": "2*pi"}
+CENTRE |= {"rates": {"x": "v", "v": "-4*x - c*v + f*cos(t)"}}
+
+
+def test_orbits_that_nothing_damps_are_told():
+    """x'' = -4 x + 0.3 cos t: every start has a motion of its own, which repeats and attracts no other."""
+    plane = {"x": span(-1.0, 1.0, 3), "v": span(-1.0, 1.0, 2)}
+    keywords = {"plane": plane, "turns": 16, "transient": 20, "uncertainty": False, "n_jobs": 1}
+    with pytest.warns(jp.ModelWarning, match="6 of 6 motions are neutral"):
+        found = jp.basins(jp.System(**CENTRE), **keywords)
+    assert "6 of 6 motions are neutral" in found.attrs["warning"]
+    damped = jp.basins(jp.System(**CENTRE).replace(c=0.5), **keywords)
+    assert "warning" not in damped.attrs
+
+
+def test_tipping_tells_of_orbits_that_nothing_damps():
+    keywords = {"starts": 3, "largest": 0.1, "steps": 1, "phases": 1, "directions": 2, "edge": False}
+    keywords |= {"turns": 16, "transient": 20, "n_jobs": 1}
+    with pytest.warns(jp.ModelWarning, match="3 of 3 motions are neutral"):
+        found = jp.tipping(jp.System(**CENTRE), region={"x": [-1, 1], "v": [-1, 1]}, **keywords)
+    assert "neutral" in found.attrs["warning"]
+
+
 def test_an_adaptive_plane_follows_starts_where_basins_meet():
     """Where starts were followed the plane is the whole one's; elsewhere nearly so. No key comes twice."""
     wells, keys = catalog.duffing(amplitude=0.0), []

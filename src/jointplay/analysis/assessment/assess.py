@@ -292,8 +292,7 @@ def assess(  # noqa: D417 (nobody gives it the model)
     first = shared | {"start": initial, "patience": SOON}
     now, like = rounds.answers(assessed, [first, first | {"mechanism": ideal}])
     if np.isnan(like.get("peak", 0.0)).all():
-        said["warning"] = "; ".join([*said.values(), NO_IDEAL])
-        warn(NO_IDEAL)
+        said = {"warning": "; ".join([*said.values(), *warn(NO_IDEAL).values()])}
     known = [[{"status": NOT_RUN}] * count for count in (1, len(keys), len(SIDES) * len(keys))]
 
     def made() -> xr.Dataset:

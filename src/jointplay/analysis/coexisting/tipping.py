@@ -53,6 +53,7 @@ from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.keywords import HANDED, Moving, Recognising, analysis
 from jointplay.analysis.labels import Out, ended, xr
+from jointplay.analysis.orbits.orbit_dataset import largest_multiplier, told_neutral
 from jointplay.analysis.orbits.section_map import AT_REST, SectionMap, section_map
 from jointplay.analysis.orbits.shooting import Orbit, Search, at_phase, multipliers, shortest, solved
 from jointplay.analysis.starts import crank_place, state_names
@@ -267,7 +268,8 @@ def tipping(  # noqa: D417 (nobody gives it the model)
     by_place = dict(zip(places, answers, strict=True))
     found = table.motions_found(times) | table.knocks_found(by_place) | table.edges_found(by_place)
     found |= table.coordinates() | ended(first_bad([seeded, times, *answers]), began)
-    return OUTPUTS.dataset(found)
+    each = [largest_multiplier(model, one["period"], one["states"][-1], observation) for one in motions]
+    return OUTPUTS.dataset(found, **told_neutral(each))
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ Types of the keywords of periodic orbits and their branches, and rules that keyw
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
 import numpy as np
@@ -21,9 +21,10 @@ from jointplay.analysis.orbits.section_map import CONTACT, KIND, PLACE, TIME, Se
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.quantities import STATUS, recorded
 from jointplay.analysis.rules import assembled_at, each_alike, turns_alike
-from jointplay.analysis.starts import placed, state_names
+from jointplay.analysis.starts import crank_place, placed, state_names
+from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.vary import axes
-from jointplay.display.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, refuse, unknown, warn
 from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.base import Number, accepts, is_number, unit
 from jointplay.solver.mechanism.model import Model
@@ -99,6 +100,23 @@ def stability(multipliers: np.ndarray) -> int:
     """Index into `STABILITY`."""
     near = abs(np.abs(multipliers).max(initial=0.0) - 1) < NEUTRAL
     return STABILITY.index("neutral") if near else int(shooting.stable(multipliers))
+
+
+def largest_multiplier(base: Model, period: int, state: np.ndarray, how: Observation) -> float:
+    """Of the periodic orbit through a state at the section of a model, in modulus; NaN where it has none."""
+    if not period:
+        return math.nan
+    place = crank_place(base) if base.structure.section is not None else None
+    limits = {"rtol": how.rtol, "max_steps": how.max_steps}
+    image = SectionMap(base, period, base.crank_angle, place, base.forward, **limits).image(state)
+    return math.nan if image.status else np.abs(np.linalg.eigvals(image.derivative)).max(initial=0.0)
+
+
+def told_neutral(multipliers: Sequence[float]) -> dict[str, str]:
+    """Warn of motions whose largest multipliers lie on the unit circle; the text as an attribute."""
+    count = int(np.sum(np.abs(np.array(multipliers) - 1) < NEUTRAL))
+    text = "motions are neutral, as without damping: starts beside one neither come to it nor leave it"
+    return warn(f"{count} of {len(multipliers)} {text}") if count else {}
 
 
 def missing_numbers(size: int) -> dict[str, Any]:

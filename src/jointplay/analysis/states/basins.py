@@ -7,7 +7,8 @@ described as it is then.
 
 Saddles and repellers that a start hits exactly attract nothing. They are told by the multipliers of the
 section map over the period: one beyond the unit circle, and neighbours leave. Validity: multipliers within
-`BEYOND` of it are not told from those on it.
+`BEYOND` of it are not told from those on it. Where the largest is on it to `NEUTRAL`, as without damping,
+neighbours neither come nor leave; a warning tells of such orbits.
 """
 
 from __future__ import annotations
@@ -27,9 +28,8 @@ from jointplay.analysis.declared import Outputs
 from jointplay.analysis.evaluate import OUTCOME
 from jointplay.analysis.keywords import HANDED, Moving, Plane, Recognising, analysis
 from jointplay.analysis.labels import PLANE, Out, ended, xr
-from jointplay.analysis.orbits.section_map import SectionMap
+from jointplay.analysis.orbits.orbit_dataset import largest_multiplier, told_neutral
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.starts import crank_place
 from jointplay.analysis.states import start_plane
 from jointplay.analysis.states.basin_uncertainty import (
     DIRECTIONS,
@@ -47,7 +47,7 @@ from jointplay.analysis.states.start_plane import Starts, axis_values, grid
 from jointplay.analysis.sweeps import subdivision
 from jointplay.analysis.sweeps.subdivision import Point, refined, representatives
 from jointplay.display import codes
-from jointplay.display.number_text import listed, plain, with_error
+from jointplay.display.number_text import counted, listed, plain, with_error
 from jointplay.solver.mechanism.base import Count, Flag
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.motion.eligibility import ROUTES
@@ -68,16 +68,15 @@ def answer(result: xr.Dataset) -> str:
         return "no attractor found"
     order = np.argsort(-result["fraction"].values, kind="stable")
     each = [_attractor(result.isel(number=int(i))) for i in order]
-    name = "1 attractor" if len(each) == 1 else f"{len(each)} attractors"
-    lines = [f"{name}, with their shares of the starts: {listed(each, LISTED, ', ')}"]
+    name, shares = counted(len(each), "attractor"), listed(each, LISTED, ", ")
+    lines = [f"{name}, with their shares of the starts: {shares}"]
     none = float(result["fraction_none"])
     if none > 0:
         lines.append(f"{plain(100 * none, 2)} % of the starts reached no attractor{_on_saddles(result)}")
     if "boundary_dimension" not in result:
         return "\n".join(lines)
-    boundary, error = (
-        float(result[k]) for k in ("boundary_dimension", "uncertainty_exponent_standard_error")
-    )
+    boundary = float(result["boundary_dimension"])
+    error = float(result["uncertainty_exponent_standard_error"])
     if math.isfinite(boundary):
         lines.append(f"the boundary of the basins has dimension {with_error(boundary, error)} in the plane")
     return "\n".join(lines)
@@ -201,7 +200,7 @@ def basins(  # noqa: D417 (nobody gives it the model)
         answers, told = _ended(starts, values, observation, *handing), {}
     status, periods, ways, states = answers
     points = [features(starts.model, end) if len(end) else end for end in states]
-    sorted_ends, on_saddle = without_saddles(
+    sorted_ends, on_saddle, said = without_saddles(
         match(periods, points, observation.tolerance), states, starts.model, observation
     )
     attractors, on_saddle = _renumbered(sorted_ends, len(nodes)), on_saddle[: len(nodes)]
@@ -219,7 +218,7 @@ def basins(  # noqa: D417 (nobody gives it the model)
     found |= {"number": np.arange(1, count + 1), "axis": np.array(list(axes), dtype=str)}
     found |= {"state": np.array(starts.states, dtype=str)} | ended(start_plane.plane_status(status), began)
     words = {"attractor": ["none", *(f"attractor_{i}" for i in range(1, count + 1))]}
-    return OUTPUTS.dataset(found, plane=starts.axes(axes), words=words)
+    return OUTPUTS.dataset(found, plane=starts.axes(axes), words=words, **said)
 
 
 def _fractions(attractors: Attractors, nodes: int, started: int) -> dict[str, Any]:
@@ -339,20 +338,10 @@ def _renumbered(attractors: Attractors, nodes: int) -> Attractors:
     return Attractors(number[attractors.labels], attractors.periods[order], attractors.shown_by[order])
 
 
-def repels(base: Model, period: int, state: np.ndarray, observation: Observation) -> bool:
-    """Whether the periodic orbit through a state at the section has a multiplier beyond the unit circle."""
-    place = crank_place(base) if base.structure.section is not None else None
-    limits = {"rtol": observation.rtol, "max_steps": observation.max_steps}
-    image = SectionMap(base, period, base.crank_angle, place, base.forward, **limits).image(state)
-    if image.status:  # without a derivative it is as it was found
-        return False
-    return bool(np.max(np.abs(np.linalg.eigvals(image.derivative)), initial=0.0) > 1 + BEYOND)
-
-
 def without_saddles(
     found: Attractors, states: list[np.ndarray], base: Model, observation: Observation
-) -> tuple[Attractors, np.ndarray]:
-    """The attractors that attract, and whether each end is an orbit that does not.
+) -> tuple[Attractors, np.ndarray, dict[str, str]]:
+    """The attractors that attract, whether each end is an orbit that does not, and what a warning says.
 
     Parameters
     ----------
@@ -366,7 +355,9 @@ def without_saddles(
         How the motions were followed.
     """
     pairs = zip(found.periods, found.shown_by, strict=True)
-    kept = np.array([not (p and repels(base, int(p), states[i][-1], observation)) for p, i in pairs], bool)
+    largest = [largest_multiplier(base, int(p), states[i][-1], observation) for p, i in pairs]
+    kept = ~(np.array(largest) > 1 + BEYOND)  # of an unknown one it is as it was found
     number = np.append(0, np.where(kept, np.cumsum(kept), 0)).astype(np.int32)
     on_saddle = np.append(False, ~kept)[found.labels]
-    return Attractors(number[found.labels], found.periods[kept], found.shown_by[kept]), on_saddle
+    attracting = Attractors(number[found.labels], found.periods[kept], found.shown_by[kept])
+    return attracting, on_saddle, told_neutral(largest)
