@@ -9,7 +9,7 @@ from jointplay.display.terminal import Progress
 
 @verb(
     "report",
-    option("result", metavar="RESULT.nc|MECHANISM.toml"),
+    option("result", metavar="RESULT.nc|STUDY.toml", help="a result; or a study file, for its mechanism"),
     option("--out", metavar="PAGE.html", help="default: beside the result"),
     example="results/quickstart.nc --out quickstart.html",
 )

@@ -24,6 +24,7 @@ from jointplay.display.errors import InputError
 from jointplay.display.terminal import Progress
 
 BACKENDS = ("loky", "threading", "dask")
+LINKAGE = option("study", metavar="STUDY.toml", help="a study of any kind, or a table [mechanism] alone")
 SWEEP = "studies/bifurcation/bifurcation_clearance.toml"
 
 
@@ -119,8 +120,7 @@ def _finished(outcome, options: dict, no_figure: bool) -> int:
 
 @verb(
     "assess",
-    option("study", metavar="MECHANISM.toml"),
-    *(OUT, NO_FIGURE, JOBS, FRESH),
+    *(LINKAGE, OUT, NO_FIGURE, JOBS, FRESH),
     changes("change one value, such as mechanism.clearance=1e-4 or analysis.reach=3"),
     example="studies/quickstart.toml --set analysis.reach=1.5",
 )
@@ -133,8 +133,7 @@ def assess_mechanism(arguments: Namespace) -> int:
 
 @verb(
     "tolerances",
-    option("study", metavar="MECHANISM.toml"),
-    *(OUT, NO_FIGURE, JOBS, FRESH),
+    *(LINKAGE, OUT, NO_FIGURE, JOBS, FRESH),
     changes("change one value, such as analysis.samples=10000"),
     example="studies/assess/slider_crank_tolerances.toml --set analysis.samples=64",
 )

@@ -85,12 +85,12 @@ def answer(dataset: Dataset) -> str:
     return "\n".join([*lines, _limits(dataset), helps])
 
 
-def page(dataset: Dataset, source: str = "MECHANISM.toml") -> str:
+def page(dataset: Dataset, source: str = "STUDY.toml") -> str:
     """Return the whole assessment as a page of plain text; `source` is the file in its commands."""
     return "\n".join(part(dataset, number, source) for number in range(len(PARTS)))
 
 
-def part(dataset: Dataset, number: int, source: str = "MECHANISM.toml") -> str:
+def part(dataset: Dataset, number: int, source: str = "STUDY.toml") -> str:
     """Return a part of the page, which is known after the round of the assessment that has its number.
 
     What to do is final after the last one: edges say where the grade changes, among coarse values or nearer.
