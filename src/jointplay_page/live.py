@@ -51,8 +51,7 @@ def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str
         return None, f"This page does not compute: {error}."
     keys = [each["key"] for each in made.data["parameters"]]
     linkage = isinstance(mechanism, Mechanism)
-    loose = mechanism.contacts if linkage else ()
-    corners = {label: words for label in loose if (words := codes.contact(label)) != label}
+    corners = {c: codes.contact(c) for c in mechanism.contacts if codes.contact(c) != c} if linkage else {}
     found = {
         "heading": heading(mechanism),
         "text": f"{made.text}\n{own('worker.js')}",

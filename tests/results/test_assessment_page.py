@@ -348,3 +348,12 @@ def test_the_commands_on_the_page_are_studies(tmp_path):
     (values,) = below["over"].values()
     assert below["direction"] == ("down",)
     assert min(values) < 1.5e-4 < max(values) == pytest.approx(2e-4)
+
+
+def test_a_narrow_bracket_is_one_value_and_none_looked_at_is_said_so():
+    found = assessment()
+    found["values_looked_at"][:] = 0
+    found["bracket_high"] = found["bracket_low"]
+    lines = [re.sub(" +", " ", line.strip()) for line in page(found).splitlines()]
+    assert "motions looked at: none" in lines
+    assert any(line.endswith("25 % 148.5 µm grazing of the orbit") for line in lines)

@@ -140,10 +140,8 @@ def _grade(dataset: Dataset) -> str:
 
 def _hardest(dataset: Dataset, loose: bool = False) -> int:
     """Place of the joint whose largest force is the largest over that of the ideal mechanism."""
-    force, ratio = (
-        dataset[name].where(not loose or dataset["clearance"] > 0).values
-        for name in ("peak_force", "force_ratio")
-    )
+    those = dataset[["peak_force", "force_ratio"]].where(not loose or dataset["clearance"] > 0)
+    force, ratio = those["peak_force"].values, those["force_ratio"].values
     return int(np.nanargmax(ratio if np.isfinite(ratio).any() else force))
 
 
@@ -524,15 +522,10 @@ def _looked(dataset: Dataset, key: str) -> str:
     parts = []
     for side in SIDES:
         here = dataset.sel(parameter=key, side=side)
-        count, word = int(here["values_looked_at"]), _side(dataset, key, side)
-        apart = f", {plain(100 * _apart(here), 2)} % apart on average" if count else ""
-        parts.append(f"{count} {'value' if count == 1 else 'values'} {word}{apart}")
-    return f"motions looked at: {'; '.join(parts)}"
-
-
-def _apart(here: Dataset) -> float:
-    """Mean distance of the values followed on one side, in the logarithm."""
-    return log_distance(float(here["limit_ratio"])) / max(int(here["values_looked_at"]), 1)
+        if count := int(here["values_looked_at"]):
+            apart = plain(100 * log_distance(float(here["limit_ratio"])) / count, 2)  # in the logarithm
+            parts.append(f"{counted(count, 'value')} {_side(dataset, key, side)}, {apart} % apart on average")
+    return f"motions looked at: {'; '.join(parts) or 'none'}"
 
 
 def _shares(dataset: Dataset, key: str, side: str) -> Iterator[str]:
@@ -615,8 +608,8 @@ def _place(dataset: Dataset, key: str, found: Dataset) -> tuple[str, str, str]:
     text = f"{_sharp(ratio * value * unit.factor, error * abs(value) * unit.factor)}{symbol}"
     if key in ("gear_ratio", "speed"):
         text += f" ({plain(abs(float(found['edge_speed'])) * 30 / math.pi, 4)} rpm)"
-    low, high = (_value(dataset, key, float(found[f"bracket_{end}"]), 5) for end in ("low", "high"))
-    return text, f"{plain(100 * abs(ratio - 1), 3)} %", f"{low} and {high}"
+    ends = (_value(dataset, key, float(found[f"bracket_{end}"]), 5) for end in ("low", "high"))
+    return text, f"{plain(100 * abs(ratio - 1), 3)} %", " and ".join(dict.fromkeys(ends))
 
 
 def _sharp(value: float, error: float) -> str:
