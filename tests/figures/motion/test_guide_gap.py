@@ -47,6 +47,13 @@ def test_an_overview_has_the_gap(joint):
     assert any("Distance of lower front corner of G" in label for label in labels)
 
 
+def test_an_overview_names_what_it_has_no_room_for():
+    joints = ["B", "G_upper_front", "G_upper_rear", "G_lower_front", "G_lower_rear"]
+    data = of_a_guide().isel(joint=[0] * 5).assign_coords(joint=joints)
+    titles = [ax.get_title(loc="left") for ax in figures.draw(data, {"kind": "overview"}).axes]
+    assert titles[0].replace("\n", " ") == "(a) without lower rear corner of G"
+
+
 def test_a_corner_has_words_in_legends():
     corners = ["G_lower_front", "G_upper_rear"]
     data = of_a_guide().isel(joint=[0, 0]).assign_coords(joint=corners)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from jointplay.display import codes
+from jointplay.display.number_text import listed
 from jointplay.figures.drawing import Axes, Dataset, Figure, artists, select, style, timebase
 from jointplay.figures.motion.journal_orbit import ORBIT, orbit_panel
 from jointplay.figures.motion.phase_portrait import counted, journal_points, portrait_panel
@@ -30,13 +32,15 @@ def overview(dataset: Dataset, *, joint: str | None = None, turns: float | Seque
     if not select.labels(dataset, "joint") or "time" not in dataset.dims:
         expected = "a response of a mechanism with clearance; else one of the other kinds"
         raise select.refuse("kind", "overview", expected)
-    joints = loose(dataset)[:MOST] if joint is None else [select.label(dataset, "joint", joint)]
+    every = loose(dataset) if joint is None else [select.label(dataset, "joint", joint)]
+    joints, more = every[:MOST], listed([*map(codes.contact, every[MOST:])], 1)
     part = timebase.last(timebase.window(dataset, turns))
     figure = style.sheet(180.0, FORCES + JOINT * len(joints))
     columns = 3 if "turn" in dataset.dims else 2
     grid = figure.add_gridspec(1 + len(joints), columns, height_ratios=(1.0, *[1.15] * len(joints)))
     axes = [figure.add_subplot(grid[0, :])]
     force(axes[0], dataset, part, joints)
+    artists.heading(axes[0], more and f"without {more}", beside_top_axis=True)
     for row, name in enumerate(joints, start=1):
         axes += [figure.add_subplot(grid[row, column]) for column in range(columns)]
         pictures(axes[-columns:], dataset, part, name)
