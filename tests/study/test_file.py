@@ -23,6 +23,11 @@ def problems(text, *changes, name="x"):
     return texts_of(validate, {"name": name} | override(parse(text), changes))
 
 
+def test_a_file_without_a_kind_is_told_which_commands_take_it():
+    with pytest.raises(InputError, match="assess, tolerances, figure and report take a mechanism"):
+        validate({"name": "x", "mechanism": {"catalog": "chunmei2002"}})
+
+
 def test_a_study_is_read(study):
     loaded = load(study, ["mechanism.gear_ratio=15", "title=changed"])
     record = loaded.record

@@ -15,7 +15,7 @@ from jointplay.analysis.labels import xr
 from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.rules import NONE
 from jointplay.display.accepted import descriptions
-from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, refuse, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, problems_of, raise_any, refuse, unknown
 from jointplay.kinds import KINDS, Kind
 from jointplay.solver.mechanism.measures import PATTERN
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
@@ -127,11 +127,8 @@ def _at_home(problem: Problem, keys: Mapping[str, str]) -> Problem:
     """The same problem; of an unknown key that another table of a study has, which table that is."""
     table, _, key = problem.key.rpartition(".")
     home = keys.get(key, table)
-    if (
-        home == table
-        or table not in ("", *keys.values())
-        or not str(problem.expected).startswith("there is no such key")
-    ):
+    strange = table in ("", *keys.values()) and str(problem.expected).startswith("there is no such key")
+    if home == table or not strange:
         return problem
     own = f"as a table of its own, [{key}]" if home else "before all tables"
     where = f"in the table [{home}]" if home not in ("", key) else own
@@ -159,15 +156,12 @@ def _broken_rules(table: Mapping[str, Any], problems: list[Problem]) -> list[Pro
 
 def _without_kind(table: Mapping[str, Any]) -> list[Problem]:
     """The problems of a study of no known kind: all that do not depend on the kind."""
-    problem = Problem("kind", NOTHING, f"a kind of study is needed: one of {', '.join(KINDS)}")
+    alone = "the commands assess, tolerances, figure and report take a mechanism without one"
+    problem = Problem("kind", NOTHING, f"a kind of study is needed: one of {', '.join(KINDS)}; {alone}")
     if "kind" in table:
         problem = unknown("kind", table["kind"], table["kind"], KINDS, "kind of study")
-    try:
-        validate({**table, "kind": next(iter(KINDS))})
-    except InputError as error:
-        others = (each for each in error.problems if not each.key.startswith(("analysis", "figure.kind")))
-        return [problem, *others]
-    return [problem]
+    others = problems_of(validate, {**table, "kind": next(iter(KINDS))})
+    return [problem, *(each for each in others if not each.key.startswith(("analysis", "figure.kind")))]
 
 
 def figure_options(
