@@ -28,6 +28,12 @@ def test_a_file_without_a_kind_is_told_which_commands_take_it():
         validate({"name": "x", "mechanism": {"catalog": "chunmei2002"}})
 
 
+def test_a_study_without_a_title_is_called_by_its_kind_in_words():
+    table = {"name": "x", "mechanism": {"catalog": "slider_crank"}}
+    found = {kind: validate(table | {"kind": kind}).heading for kind in ("assess", "chaos_test")}
+    assert found == {"assess": "assessment of slider crank", "chaos_test": "chaos test of slider crank"}
+
+
 def test_a_study_is_read(study):
     loaded = load(study, ["mechanism.gear_ratio=15", "title=changed"])
     record = loaded.record

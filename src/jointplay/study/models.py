@@ -270,7 +270,8 @@ class Study(OfKind):
     @property
     def heading(self) -> str:
         """One line: the title, or the kind and the mechanism."""
-        return one_line(self.title or "") or f"{self.kind} of {self.mechanism.name}"
+        kind = {"assess": "assessment", "optimise": "optimisation"}.get(self.kind, self.kind)
+        return one_line(self.title or "") or f"{kind} of {self.mechanism.name}".replace("_", " ")
 
     def keywords(self) -> dict[str, Any]:
         """Keywords of the analysis function, as records and plain values; omitted ones stay out."""
