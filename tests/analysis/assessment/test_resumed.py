@@ -107,6 +107,22 @@ def test_one_that_was_killed_goes_on_where_it_was(tmp_path, monkeypatch):
     assert alike(ran(loaded(CHAOTIC), tmp_path / "cut"), whole)
 
 
+@pytest.mark.parametrize("earlier", [0, 1, 3])
+def test_what_begins_anew_has_twice_as_long_in_each_later_run(monkeypatch, earlier):
+    """Three cells that 30 s cut short, of which a journal holds what `earlier` runs came to."""
+    limits = []
+
+    def handed_out(function, asked, *rest, **more):
+        limits.append(asked[0]["limit"])
+        kept = {"at": 0.0} if len(limits) <= earlier else {}
+        return [{"status": LEFT, "cpu": each["limit"], "at": math.inf} | kept for each in asked]
+
+    monkeypatch.setattr(assess_module, "handed_out", handed_out)
+    rounds = assess_module.Rounds(90.0, None, 1, 3)
+    rounds.answers(assess_module.curved, [{}] * 3, {"status": 0})
+    assert limits == [30.0 * 2**n for n in range(earlier + 1)]
+
+
 def test_a_block_ends_when_its_time_is_used_up_and_no_other_does():
     with limited(1e3):
         with suppress(OutOfTime), limited(0.0):

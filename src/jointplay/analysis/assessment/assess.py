@@ -298,8 +298,7 @@ def assess(  # noqa: D417 (nobody gives it the model)
     def made() -> xr.Dataset:
         told = {"preparation": ready - began, "step": step, "lasting_share": lasting, "lasting_turns": lasted}
         told |= ended(first_bad([now, like]), began)
-        (other,), over, sides = known
-        found = assembled(mechanism, keys, now, like, other, over, sides)
+        found = assembled(mechanism, keys, now, like, *known[0], *known[1:])
         own = {"tolerances": len(spreads)} if spreads else {}
         return found.assign(OUTPUTS.variables_of(told)[0]).assign_attrs(own | said)
 
@@ -338,7 +337,7 @@ class Rounds:
     """Rounds of cells, each of which needs answers of the one before, as long as the budget lasts.
 
     A cell has a share of what is left. What that cuts short goes on from what it `known`, in the same run
-    where others leave some, or in a later one. Each time it has twice as long at least, so that it ends.
+    where others leave some, or in a later one. What begins anew has twice as long in each, so that it ends.
     """
 
     def __init__(
@@ -355,15 +354,16 @@ class Rounds:
         tell = part(self.progress, *self.shares[self.number : self.number + 2])
         self.number += 1
         found: list[Answer] = [{"status": NOT_RUN}] * len(cells)
-        left = [] if needed is not None and needed["status"] else [*range(len(cells))]
-        for least in (LEAST * 2**n for n in range(MOST)):
+        cut, left = 0, [] if needed is not None and needed["status"] else [*range(len(cells))]
+        for low in (LEAST * 2**n for n in range(MOST)):
             if not left or self.spent >= self.budget:
                 break
-            limit = math.inf if needed is None else max(least, (self.budget - self.spent) / len(left))
+            limit = math.inf if needed is None else max(low, 2**cut * (self.budget - self.spent) / len(left))
             asked = [{"limit": limit, "known": found[i].get("known", {})} | cells[i] for i in left]
             given = handed_out(function, asked, tell, self.n_jobs, possible=self.possible)
             fresh = [each for each in given if each.get("at", 0.0) >= self.began]  # not of an earlier run
             self.spent += sum(each["cpu"] for each in fresh)
+            cut += not fresh and not any("known" in each for each in given)  # such begin anew
             for i, each in zip(left, given, strict=True):
                 found[i] = each
             left = [i for i in left if found[i]["status"] == NOT_RUN]
