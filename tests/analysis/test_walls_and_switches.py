@@ -131,3 +131,20 @@ def test_a_contact_that_an_impact_makes_pull_lets_go(rtol):
     like = bounced(rates, (0.02, 0.0, 1.0, 1.0), 0.27, meets, turned)
     found = jp.simulate(system, duration=0.27, transient=0, rtol=rtol)
     np.testing.assert_allclose(found["state_value"].values[-1], like, rtol=3e-5)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(("grows", "way"), [(0.1, 0.1 / 6), (0.0, 0.0), (-0.1, 0.0)])
+def test_what_starts_at_the_limit_of_friction_sticks_until_the_load_grows(grows, way, sign):
+    """x = b t³/6 where the load a + b t exceeds the friction a."""
+    own = jp.System(
+        name="block",
+        states={"x": 0.0, "v": 0.0, "s": 0.0},
+        parameters={"a": 0.8, "b": grows, "way": sign},
+        rates={"x": "v", "v": "way*(a + b*s)", "s": "1"},
+        friction=[{"name": "f", "speed": "v", "normal": "1", "coefficient": "0.8"}],
+        as_meant=True,
+    )
+    found = jp.words(jp.simulate(own, duration=1.0, rtol=1e-10))
+    assert found["status"] == "ok"
+    np.testing.assert_allclose(found["end_state"].values[:2], [sign * way, sign * 3 * way], atol=1e-9)

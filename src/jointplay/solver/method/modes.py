@@ -22,6 +22,7 @@ FREE, RELEASED, SLIP_POSITIVE, SLIP_NEGATIVE, STICK, CONTACT, RESTING = Mode.num
 IN_FLIGHT, SLIPPING, STICKING = Variant.numbers()
 ENTRY, SEPARATION, REOPENING, SLIP_REVERSAL, STICK_ONSET, SLIP_ONSET, IMPACT, REST = Event.numbers()
 GAP, FORCE, SLIDE, CONE = range(4)
+BALANCED = 1e-14  # of the distance of both accelerations: rounding of one that is 0
 PULLS, STICKS, REMEMBERS, SHARES, SWITCHES, FORCELESS = 1, 2, 4, 8, 16, 32
 
 
@@ -84,8 +85,12 @@ def _settle(contacts, j, modes, m, s, p, out):
 
 @inner
 def balance(plus, minus, before):
-    """Mode at v_t = 0, by the accelerations of slipping + and -, and the mode before."""
-    if plus < 0.0 < minus:
+    """Mode at v_t = 0, by the accelerations of slipping + and -, and the mode before.
+
+    What begins at the limit, to rounding, sticks: if the load grows, it leaves at once.
+    """
+    limit = BALANCED * (minus - plus) if before == CONTACT else 0.0
+    if plus < limit and minus > -limit:
         return STICK
     if plus > 0.0 and (minus >= 0.0 or before == SLIP_POSITIVE):
         return SLIP_POSITIVE
