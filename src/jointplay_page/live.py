@@ -58,7 +58,7 @@ def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str
         "solver": made.data,
         "ideal": None,
         "scene": moving.scene(mechanism) if linkage else None,
-        "limits": LIMITS | {"corners": corners},
+        "limits": LIMITS | {"corners": corners, "body": "joint" if linkage else "wall"},
         "views": views(mechanism, made.data["state"]),
         "first": [key for word in FIRST for key in keys if key.split(".")[0] == word][:MOST] or keys[:MOST],
         "paths": (paths := paths_of(mechanism, made.data["parameters"])),
@@ -183,8 +183,7 @@ def section(found: dict[str, Any]) -> str:
     )
     return Template(own("live.html")).substitute(
         linkage='<canvas id="live-linkage" role="img" aria-label="The mechanism in motion"></canvas>'
-        if found["scene"]
-        else "",
+        * bool(found["scene"]),
         choice=several if len(found["views"]) > 1 else "",
         orbit="Journal in its bearing: the circle is the clearance, the arrow the force on the journal"
         if circle

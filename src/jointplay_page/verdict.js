@@ -78,7 +78,7 @@ const verdict = (() => {
   function worked(seen, limits) {
     const { grade, lost, strained, ratio, hit, fastest } = graded(seen, limits);
     const times = often(seen.separations[hit] / seen.counted);
-    const called = (label) => (label in limits.corners ? `the ${limits.corners[label]}` : `joint ${label}`);
+    const called = (label) => (label in limits.corners ? `the ${limits.corners[label]}` : `${limits.body} ${label}`);
     if (!grade) return lost ? `${hit ? `${capital(called(hit))} loses contact` : "Contact is lost"} ${times}${fastest > 0 ? ` and hits at ${speedText(fastest)}; forces of ideal joints are not known, and there is no grade without them` : ""}.` : "";
     const force = ratio < limits.alike && ratio > 1 / limits.alike ? `forces are those of ideal joints, within ${number(100 * (limits.alike - 1))} %`
       : `${called(strained)} carries up to ${number(seen.force[strained])} N, ${number(ratio)} times as much as with ideal joints`;

@@ -89,6 +89,8 @@ def test_a_motion_is_told_as_an_assessment_tells_it(tmp_path):
     assert corner.startswith("Hammers: the upper front corner of G loses contact once a turn and hits")
     slight = {"ideal": {"B": 1e-8, "O": 10}, "force": {"B": 1e-7, "O": 9.99}}  # rounding has no ratio
     assert worked(tmp_path, separations={"B": 0}, **slight) == found
+    walls = words(tmp_path, [-0.5] * 9, separations={"upper": 9}, limits=LIMITS | {"body": "wall"})
+    assert walls.startswith("Wall upper loses contact once a turn. ")
     unknown = words(tmp_path, [-0.5] * 9, ideal=None, separations={"B": 9}, speed={"B": 0.3}, force={"B": 1})
     assert unknown.startswith(
         "Joint B loses contact once a turn and hits at 0.3 m/s; forces of ideal joints "

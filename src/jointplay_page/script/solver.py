@@ -74,6 +74,7 @@ LIMITS = {  # of an assessment's grades and words
     "alike": ALIKE,
     "negligible": page.NEGLIGIBLE,
     "corners": {},  # words for a mechanism's own
+    "body": "joint",
 }
 LOG_ROWS = 512
 HEADER = "from math import atan2, copysign, cos, exp, log, sin, sqrt, tan, tanh\n"
