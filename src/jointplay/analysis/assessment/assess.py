@@ -194,7 +194,7 @@ Answer = Mapping[str, Any]
 
 def _assessable(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
     if not isinstance(mechanism, Mechanism):
-        other = "where the motion of equations changes, kind = 'bifurcation' or kind = 'continuation' tells"
+        other = "kind = 'bifurcation' or 'continuation' tells where the motion of equations changes"
         yield Problem("mechanism", mechanism.name, f"a linkage with play in a joint is assessed; {other}")
         return
     if not mechanism.clearance_joints:
