@@ -12,6 +12,7 @@ from jointplay.solver.codegen import cache
 from jointplay.solver.equations.structure import Linkage, Oscillator
 from jointplay.solver.mechanism.directions import Directions
 from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
+from jointplay.solver.method.codes import Mode
 from jointplay.solver.motion.trajectory import Request, advance, memory, prepare, row
 
 # An estimated error E of a vibration, of order 8, stands for a true one of some E^(14/8)/2, of order 14 (with
@@ -226,7 +227,11 @@ class Bundle:
         met = [4 * first + wall for wall in np.flatnonzero(motion.modes[first:] > RELEASED)]
         values = np.abs(_rows(self.model.structure, self.work, motion)[self.options.guards :])
         for j in range(first):
-            watched = [4 * j + guard for guard in ((GAP, SLIDE) if motion.modes[j] > RELEASED else (GAP,))]
+            slips = motion.modes[j] in (
+                Mode.SLIP_POSITIVE,
+                Mode.SLIP_NEGATIVE,
+            )  # what sticks forgets how it came
+            watched = [4 * j + guard for guard in ((GAP, SLIDE) if slips else (GAP,))]
             met += [guard for guard in watched if values[guard] <= motion.margin[guard]]
         slopes, found = self.tangents.gradient.copy(), np.zeros(len(self.directions), dtype=bool)
         module = cache.variation_module(self.model.structure, self._names)

@@ -122,7 +122,7 @@ def _blocks(values: np.ndarray, chunks: list[int] | str) -> Iterator[tuple]:
 
 
 def write_figure(figure: Figure, path: Path | str) -> Path:
-    """Write a figure of ours to a file, whole or not at all.
+    """Write a figure to a file, whole or not at all. No date goes in: the same figure gives the same file.
 
     Parameters
     ----------
@@ -143,7 +143,8 @@ def write_figure(figure: Figure, path: Path | str) -> Path:
         accepted = f"a name that ends in one of {', '.join(f'.{name}' for name in sorted(known))} is accepted"
         raise refuse(str(path), accepted, "--out")
     with replaced(path) as temporary:
-        figure.savefig(temporary, format=form)
+        dated = {"pdf": "CreationDate", "svg": "Date"}.get(form)  # also in figures of others' kinds
+        figure.savefig(temporary, format=form, metadata={dated: None} if dated else None)
     return path
 
 
