@@ -25,7 +25,7 @@ from jointplay.solver.codegen import cache
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.base import ANGLE, FAR
 from jointplay.solver.mechanism.model import DEEP, Model
-from jointplay.solver.mechanism.own.oscillators import finite_numbers, inside
+from jointplay.solver.mechanism.own.oscillators import finite_numbers, inside, standing
 from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 
 BEYOND = 1e-6  # of the clearance: rounding of a body that rests on a rigid face
@@ -181,6 +181,15 @@ def moved(model: Model, state: np.ndarray) -> Model:
     return replace(model, state=np.array(state, dtype=float), crank_angle=angle)
 
 
+def stood(model: Model) -> Model:
+    """The model with the modes and switches of a system as their guards at the start say."""
+    if not model.modes:
+        return model
+    module = cache.structure_module(model.structure)
+    numbers = dict(zip(module.PARAMETERS, model.numbers, strict=True))
+    return replace(model, state=standing(model.structure, numbers, model.state))
+
+
 def _inside(model: Model) -> Model:
     """The model, with a position beyond a rigid wall moved back to the wall."""
     module = cache.structure_module(model.structure)
@@ -188,7 +197,7 @@ def _inside(model: Model) -> Model:
         return model
     if not model.links:
         numbers = dict(zip(module.PARAMETERS, model.numbers, strict=True))
-        return replace(model, state=inside(module, numbers, model.state))
+        return replace(model, state=inside(model.structure, numbers, model.state))
     states = model.state[None, :]
     shares = of_states(model, [f"eccentricity_ratio:{name}" for name in module.RESETS], states)
     sizes = {name.partition(":")[2]: float(abs(share[0])) for name, share in shares.items()}

@@ -38,8 +38,10 @@ def test_it_begins_as_its_thresholds_say_or_as_it_is_given():
     assert [start(y)[2] for y in (-2.0, 0.0, 2.0)] == [0, 1, 1]
     assert start(0.0, s=0)[2] == 0
     assert relay().replace(initial=(0.5, 0.0, 0.0)).initial == (0.5, 0.0, 0.0)
-    with pytest.raises(InputError, match="guard of s_on"):
-        jp.simulate(relay(), initial=(2.0, 0.0, 0.0), turns=1)
+    found = jp.simulate(
+        relay(), initial=(2.0, 0.0, 0.0), turns=1, at=[0.0]
+    )  # beyond a threshold it stands so
+    assert found["state_value"].sel(state="s").values[0] == 1
     with pytest.raises(InputError, match="a state's"):
         relay(rates=RELAY["rates"] | {"s": "0"}, states={"y": 0, "z": 0, "s": 0})
 
@@ -65,6 +67,14 @@ def test_orbits_exponents_and_derivatives_know_it():
     np.testing.assert_allclose(growth, [-1.0, -1.0], rtol=1e-6)
     slopes = jp.gradient(relay(), of=["end:state:y", "end:state:z"], by=["p"], orbit=True)
     np.testing.assert_allclose(slopes["derivative"].values.ravel(), [1.0, 0.0], atol=1e-7)
+
+
+def test_planes_of_starts_have_both_its_ways():
+    plane = {"y": [-2.0, -1.5, 0.0, 0.5, 2.0], "z": [-1.0, 1.0]}
+    found = jp.basins(relay(), plane=plane, turns=4, n_jobs=1)
+    assert found.sizes["number"] == 2
+    assert float(found["fraction_none"]) == 0
+    np.testing.assert_allclose(np.sort(found["fraction"].values), [0.2, 0.8])  # above y = 1, and all others
 
 
 def test_one_that_hangs_on_another_begins_with_it():

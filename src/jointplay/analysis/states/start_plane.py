@@ -21,7 +21,7 @@ import numpy as np
 from jointplay.analysis.evaluate import of_states
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import on_section
-from jointplay.analysis.starts import Journals, free_states, state_names
+from jointplay.analysis.starts import Journals, free_states, state_names, stood
 from jointplay.display.errors import NOTHING, InputError, Problem, strangers, unknown
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.model import Model
@@ -223,7 +223,7 @@ class Starts:
             if given.keys() & set(JOURNAL):
                 states = self._with_journal(journals, states, given)
             good = (journals.eccentricity_ratios(states) <= INSIDE).all(axis=1)
-        starts = [replace(model, state=state) for state in states]
+        starts = [stood(replace(model, state=state)) for state in states]
         return [
             start if ok and not beyond_a_wall(start) else None for start, ok in zip(starts, good, strict=True)
         ]

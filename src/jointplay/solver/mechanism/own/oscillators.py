@@ -44,10 +44,12 @@ def model(system: System, initial: Any = None, section: str | None = None) -> Mo
     expected = f"{len(names)} finite numbers ({', '.join(names)}) are accepted"
     state = finite_numbers(system.initial if initial is None else initial, [len(names)], expected)
     given = _given(module, numbers, state)
+    state = standing(structure, given, state)
+    given = _given(module, numbers, state)
     if system.modes and not in_one_mode(system.modes, dict(zip(names, state, strict=True))):
         raise refuse(state.tolist(), one_mode(system.modes), "initial")
     _check_gaps(structure, module, given, state)
-    state, rates = inside(module, given, state), _phase_rates(module, given)
+    state, rates = inside(structure, given, state), _phase_rates(module, given)
     rate = rates.get("phase", 0.0)
     usual = module.SIZES["bends"] * math.tau / system.time_scale  # a guard may bend within
     fastest = max(map(abs, rates.values()), default=usual)
@@ -109,13 +111,35 @@ def _gaps(module: ModuleType, given: dict[str, float]) -> dict[str, float]:
     return {name.removeprefix("gap:"): float(gap) for name, gap in gaps.items()}
 
 
-def inside(module: ModuleType, numbers: dict[str, float], state: np.ndarray) -> np.ndarray:
-    """The state, its positions moved back to where a rigid wall stands at time 0, if beyond that.
+def standing(structure: Oscillator, numbers: dict[str, float], state: np.ndarray) -> np.ndarray:
+    """The state with modes, and switches that remember, as guards say that are below zero there.
 
     `numbers` are the parameters, by the names that the equations have for them.
     """
-    state, count = state.copy(), module.SIZES["positions"]
-    for name in module.RESETS:
+    module, names = cache.structure_module(structure), [*structure.positions, *structure.speeds]
+    kept = {name for name, rate in zip(structure.speeds, structure.rates, strict=True) if rate == "0"}
+    ways = [
+        each
+        for each in structure.jumps
+        if kept >= {*dict(each.jump)} and {*dict(each.jump).values()} <= {"0", "1"}
+    ]
+    for _ in ways:
+        given = numbers | {"t": 0.0} | dict(zip(module.STATE[1:], state, strict=True))
+        gaps = _gaps(module, given)
+        way = next((each for each in ways if gaps[each.name] < 0), None)
+        if way is None:
+            break
+        state = state.copy()
+        for name, text in way.jump:
+            state[names.index(name)] = float(text)
+    return state
+
+
+def inside(structure: Oscillator, numbers: dict[str, float], state: np.ndarray) -> np.ndarray:
+    """The state, `standing`, its positions moved back to where a rigid wall stands, if beyond that."""
+    module, state = cache.structure_module(structure), standing(structure, numbers, state).copy()
+    count = module.SIZES["positions"]
+    for name in (each.name for each in structure.impacts):
         for _ in range(ROUNDS):
             given = numbers | {"t": 0.0} | dict(zip(module.STATE[1:], state, strict=True))
             here = _gaps(module, given)[name]
