@@ -108,7 +108,7 @@ def changed(**tables):
         (
             {"impacts": [{"name": "seat", "gap": "kappa", "restitution": 1}]},
             "impacts[0].gap",
-            "never changes",
+            "this one does not",
         ),
         ({"impacts": [{"name": "seat", "gap": "x - p", "restitution": 1}]}, "impacts[0].gap", "not of p"),
         ({"impacts": [{"name": "seat", "gap": "x"}]}, "impacts[0]", "either restitution or jump"),
@@ -118,13 +118,13 @@ def changed(**tables):
             "impacts[0].jump.x",
             "no such a speed",
         ),
-        ({"switches": [{"name": "open", "on": "kappa - 1"}]}, "switches[0].on", "never changes"),
-        ({"switches": [{"name": "open", "on": "x", "off": "1"}]}, "switches[0].off", "never changes"),
+        ({"switches": [{"name": "open", "on": "kappa - 1"}]}, "switches[0].on", "this one does not"),
+        ({"switches": [{"name": "open", "on": "x", "off": "1"}]}, "switches[0].off", "this one does not"),
         ({"switches": [{"name": "p", "on": "x"}]}, "switches[0].name", "a state already"),
         (
             {"contacts": [{"name": "stop", "depth": "p", "force": "depth"}]},
             "contacts[0].depth",
-            "depends on a position (x) is accepted: this one never changes",
+            "depends on a position (x) is accepted: this one does not",
         ),
         (
             {"contacts": [{"name": "seat", "depth": "x", "force": "depth"}]},
@@ -139,7 +139,7 @@ def changed(**tables):
         (
             {"friction": [{"name": "rub", "speed": "x", "normal": "1", "coefficient": "1"}]},
             "friction[0].speed",
-            "never changes",
+            "this one does not",
         ),
         (
             {"jumps": [{"name": "j", "guard": "x - 1", "jump": {"p": "0"}}]},
@@ -249,7 +249,7 @@ def test_what_moves_while_a_mode_lasts_is_no_position():
         ({"waits": []}, "modes.waits", "at least one way out"),
         ({"waits": [{"to": "emptys", "guard": "1 - clock"}]}, "modes.waits[0].to", "did you mean 'empties'"),
         ({"waits": [{"to": "waits", "guard": "1 - clock"}]}, "modes.waits[0].to", "or a jump beside it"),
-        ({"waits": [{"to": "fills", "guard": "pause"}]}, "modes.waits[0].guard", "never changes"),
+        ({"waits": [{"to": "fills", "guard": "pause"}]}, "modes.waits[0].guard", "this one does not"),
         ({"waits": [{"to": "fills", "guard": "pauze - x"}]}, "modes.waits[0].guard", "did you mean 'pause'"),
         (
             {"waits": [{"to": "empties", "guard": "x", "jump": {"y": 1}}]},

@@ -245,6 +245,9 @@ def quantity(section: Section | None, mechanism: Mechanism | TestSystem) -> str 
         return None
     linkage = isinstance(mechanism, Mechanism)
     if linkage:
+        if isinstance(section, Plane):  # first: a quantity that makes no section has no right joint
+            words = [name for name in WORDS if name not in _NOT_SECTIONS]
+            raise_any(strangers([("section.quantity", section.quantity)], words, "quantity"), "section")
         check_section(section, mechanism)
     elif isinstance(section, ContactSection | SeparationSection):
         own = structure_module(mechanism.structure())
@@ -268,8 +271,6 @@ def _plane(section: Plane, mechanism: Mechanism) -> str:
     if section.quantity == "angle" and follower and section.link in linkage(mechanism).dependent:
         expected = f"the crank, {mechanism.crank}, is accepted: this link's angle follows others"
         raise InputError([Problem("section.link", section.link, expected)], "section")
-    words = [name for name, word in WORDS.items() if name not in _NOT_SECTIONS]
-    raise_any(strangers([("section.quantity", section.quantity)], words, "quantity"), "section")
     of, names = WORDS[section.quantity].of, owners(mechanism)
     given = section.link if of in ("link", "bending") else section.joint
     if of is None:

@@ -319,7 +319,7 @@ def _of(positions: Collection[str]) -> str:
 
 def _fixed(key: str, text: str, moving: Collection[str], what: str) -> Iterator[Problem]:
     if not names_in(text) & {*moving}:
-        yield Problem(key, text, f"an expression that depends on {what} is accepted: this one never changes")
+        yield Problem(key, text, f"an expression that depends on {what} is accepted: this one does not")
 
 
 def _unjumping(key: str, jump: Mapping[str, str], known: Collection[str], what: str) -> Iterator[Problem]:
