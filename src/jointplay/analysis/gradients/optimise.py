@@ -151,7 +151,7 @@ def _missed(result: xr.Dataset) -> list[str]:
         beyond = value > high or low == -math.inf
         units = one["quantity_units"].item()
         limit = f"at most {measure(high, units)}" if beyond else f"at least {measure(low, units)}"
-        if not low <= value <= high:
+        if not low <= value <= high and (low, high) != INFINITE:
             now = measure(value, units) if np.isfinite(value) else "unknown"
             told.append(f"{one['quantity_name'].item()} is {now}, and {limit} is required")
     low, high, at = (result[name].values for name in ("low", "high", "optimum"))
