@@ -93,6 +93,14 @@ def unresolved(w, motion, options, h):
 
 
 @inner
+def too_long(w, motion, options, h):
+    """Whether in a step of length h a force, a loop or a guard may turn between two stages, unseen."""
+    if passes_centre(w, options.guards, motion) or dead_centre(w, options) != AWAY:
+        return True
+    return unresolved(w, motion, options, h)
+
+
+@inner
 def set_cone_margins(w, row, lane, motion):
     """Set the margins of friction cones at a lane, by the normal force there, whose rounding they stand for.
 

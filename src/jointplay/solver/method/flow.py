@@ -32,16 +32,7 @@ from .control import (
     restarted,
     shorter,
 )
-from .events import (
-    AWAY,
-    THERE,
-    accept_until_event,
-    begins_beyond,
-    dead_centre,
-    passes_centre,
-    state_at,
-    unresolved,
-)
+from .events import THERE, accept_until_event, begins_beyond, dead_centre, state_at, too_long
 from .interface import FUNCTIONS, INT, OPTIONS, TRAJECTORY, WORK, Signature, inlined, inner, spliced
 from .memory import (
     BASE_SET,
@@ -296,11 +287,7 @@ def run(functions, work, motion, options, derivatives, tangents):
         elif excited and real[H_EXCITED] < h:
             count[FAILED] += 1
             real[H], real[H_LIMIT], count[SMOOTH] = real[H_EXCITED], 0.75 * real[H_EXCITED], 0
-        elif (
-            passes_centre(work.w, options.guards, motion)
-            or dead_centre(work.w, options) != AWAY
-            or unresolved(work.w, motion, options, h)
-        ):
+        elif too_long(work.w, motion, options, h):
             count[FAILED] += 1
             real[H], real[H_LIMIT], count[SMOOTH] = 0.5 * h, 0.75 * h, 0
         else:

@@ -10,11 +10,12 @@ are given as: numbers, or SymPy's expressions (equations.own.own).
 
 from __future__ import annotations
 
+import itertools
 import math
 import operator
 import re
-from collections.abc import Callable, Mapping
-from functools import lru_cache
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from functools import lru_cache, reduce
 from typing import Any, NamedTuple
 
 from ....display.errors import InputError, refuse
@@ -27,6 +28,12 @@ CONSTANTS = {"pi": math.pi}
 LARGEST = 10_000  # operations of an expression written out with its slopes, and where needed with theirs
 LONGEST, DEEPEST = 2000, 50  # characters of a text, brackets and signs within one another
 TALLEST = LONGEST // 8  # operations one upon the other: each takes some of Python's stack
+BRANCHES, FLAGS = 256, 4  # sides of kinks, and switches, with which an expression is looked at
+ROUNDED = 1e-12  # of the size of its terms, whose sum is 0 then
+ZERO = (
+    "an expression is accepted that is 0 at instants alone, as signs and guards need: this one is 0 over a "
+)
+ZERO += "stretch; in the place of sign(max(x, 0)), max(sign(x), 0) is accepted"
 PLAIN = 100.0  # orders of magnitude below which products of numbers are far from overflow
 ACCEPTED = "numbers, names, + - * / ** and brackets are accepted"
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
@@ -188,6 +195,73 @@ def _constant(tree: Tree) -> float | None:
     if not math.isfinite(value):
         raise ArithmeticError
     return value
+
+
+def flat(text: str, tells: bool = False, switches: Collection[str] = ()) -> bool:
+    """Whether an expression has the sign of what is 0 over a stretch; or, where it `tells` events, is so.
+
+    That is looked for at two points, on either side of each kink, with `switches` in either position, 0 or 1.
+    """
+    asked = [*_signed(parse(text)), *[parse(text)] * tells]
+    return any(_vanishes(tree, switches) for tree in asked)
+
+
+def _signed(tree: Tree) -> Iterator[Tree]:
+    """Arguments of signs in a tree."""
+    yield from tree.parts if tree.operation == "sign" else ()
+    for part in tree.parts:
+        yield from _signed(part)
+
+
+def _terms(tree: Tree) -> Iterator[Tree]:
+    """Terms of a sum."""
+    if tree.operation in ("+", "-"):
+        first, second = tree.parts
+        yield from _terms(first)
+        yield from _terms(second if tree.operation == "+" else Tree("negative", (second,)))
+    elif tree.operation == "negative":
+        yield from (Tree("negative", (each,)) for each in _terms(tree.parts[0]))
+    else:
+        yield tree
+
+
+def _vanishes(tree: Tree, switches: Collection[str]) -> bool:
+    names, terms = sorted(tree.names), [*_terms(tree)]
+    flags = [name for name in names if name in switches][:FLAGS]
+    for sign, ends in itertools.product((1, -1), itertools.product((0.0, 1.0), repeat=len(flags))):
+        point = {name: sign * (1 + (i + 3) ** -0.5) for i, name in enumerate(names)}
+        path: list[float] = []
+        for _ in range(BRANCHES):
+            values = _on_sides(terms, point | dict(zip(flags, ends, strict=True)), path)
+            if abs(sum(values)) <= ROUNDED * sum(map(abs, values)):
+                return True
+            while path and path[-1] < 0:
+                path.pop()
+            if not path:
+                break
+            path[-1] = -1.0
+    return False
+
+
+def _on_sides(terms: Iterable[Tree], point: Mapping[str, float], path: list[float]) -> list[float]:
+    """Values of terms at a point, each kink on the next side of a path, then on side 1; [1] if undefined."""
+    known: dict[float, float] = {}
+
+    def side(value: float) -> float:
+        if abs(value) not in known:
+            path.extend([1.0] * (len(path) == len(known)))
+            known[abs(value)] = path[len(known)]
+        return known[abs(value)] if value >= 0 else -known[abs(value)]
+
+    def larger(a: float, b: float) -> float:
+        return a if side(a - b) > 0 else b
+
+    own = _NUMBERS | {"abs": lambda x: side(x) * x, "sign": side, "max": lambda *each: reduce(larger, each)}
+    own |= {"min": lambda *each: -reduce(larger, (-one for one in each))}
+    try:
+        return [term.made_of(point, own, float) for term in terms]
+    except (ArithmeticError, ValueError):
+        return [1.0]
 
 
 def plainly_real(tree: Tree) -> bool:

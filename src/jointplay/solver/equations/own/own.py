@@ -32,14 +32,12 @@ from __future__ import annotations
 import keyword
 import math
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
-from itertools import product
 
 from sympy import (
     Abs,
-    Add,
     E,
     Expr,
     Float,
@@ -85,13 +83,6 @@ _ONE, _NONE, _HALF = Integer(1), Integer(0), Rational(1, 2)
 LARGEST = 1e150  # its square is a number still
 
 _NOWHERE = {zoo, nan, oo, -oo, I}
-
-
-_FLAT = (
-    "an expression is accepted that is 0 at instants alone, as signs and guards need: this one is 0 over a "
-)
-_FLAT += "stretch; in the place of sign(max(x, 0)), max(sign(x), 0) is accepted"
-MOST_KINKS, ROUNDED = 8, 1e-12  # of an expression of which that is looked for; of its terms, whose sum is 0
 
 
 _UNREAL = "an expression with finite real values is accepted: this one has none, whatever its names stand for"
@@ -393,15 +384,18 @@ def _power(base: Expr, exponent: Expr) -> Expr:
 
 def _onward(u: Expr, base: Expr, exponent: Expr) -> Expr:
     """A power; of a depth, which rounding may put below 0, continued as in the laws of contact."""
-    if base not in (u, Abs(u)) or exponent.is_integer:
-        return _power(base, exponent)
-    return u * (u**2 + ROUND**2) ** ((exponent - 1) / 2)
+    return (
+        _power(base, exponent) if exponent.is_integer or base not in (u, Abs(u)) else _continued(u, exponent)
+    )
 
 
-def at_rest(
-    text: str, names: Mapping[str, Expr], kinks: bool = True, sign: Callable[[Expr], Expr] | None = None
-) -> Expr:
-    """An expression of these names in which nothing moves: its kinks are no events, nor those of a `sign`.
+def _continued(base: Expr, exponent: Expr) -> Expr:
+    """A broken power of what is not below 0 but by rounding."""
+    return base * (base**2 + ROUND**2) ** ((exponent - 1) / 2)
+
+
+def at_rest(text: str, names: Mapping[str, Expr], kinks: bool = True) -> Expr:
+    """An expression of these names in which nothing moves: its kinks are no events.
 
     Raises
     ------
@@ -410,53 +404,19 @@ def at_rest(
     """
     fold = side if kinks else _no_kink(text)
     own = {"sin": sin, "cos": cos, "tan": lambda x: sin(x) / cos(x)} | _kinked(fold)
-    return real(text, names, own | ({"sign": sign or _signum} if kinks else {}), fold)
+    return real(text, names, own | ({"sign": _signum} if kinks else {}), fold)
 
 
-def checked(text: str, kinks: bool = True, tells: bool = False, switches: Collection[str] = ()) -> None:
-    """Refuse an expression that has finite real values nowhere, or a sign of what is 0 over a stretch.
-
-    Parameters
-    ----------
-    text : str
-        A right one.
-    kinks : bool
-        Whether it may have some.
-    tells : bool
-        Whether events are told by its own sign.
-    switches : collection of str
-        Names that stand for 0 or 1.
+def checked(text: str, kinks: bool = True) -> None:
+    """Refuse an expression that has finite real values nowhere, or kinks where there may be none.
 
     Raises
     ------
     InputError
-        As `real`, and so.
+        As `real`.
     """
-
-    def sign(argument: Expr) -> Expr:
-        if _vanishes(argument, {names[name] for name in names.keys() & {*switches}}):
-            raise refuse(text, _FLAT)
-        return side(argument)
-
     names = {name: symbol(name) for name in parse(text).names}
-    made = at_rest(text, names, kinks, sign)
-    if tells and _vanishes(made, ()):
-        raise refuse(text, _FLAT)
-
-
-def _vanishes(value: Expr, switches: Collection[Symbol]) -> bool:
-    """Whether a value is 0 on one side of its kinks, or with switches in some position: with any numbers."""
-    kinks, flags = [*value.atoms(side)], [*value.free_symbols & {*switches}]
-    if not kinks + flags or len(kinks + flags) > MOST_KINKS:
-        return False
-    some = {each: Float(1 + (i + 3) ** -0.5) for i, each in enumerate(sorted(value.free_symbols, key=str))}
-    for ends in product((_NONE, _ONE), repeat=len(kinks + flags)):
-        at = dict(zip(kinks + flags, ends, strict=True))
-        there = value.xreplace({each: at[each] if each in flags else 2 * at[each] - 1 for each in at})
-        terms = [complex(term.xreplace(some)) for term in Add.make_args(there)]
-        if abs(sum(terms)) <= ROUNDED * sum(map(abs, terms)):
-            return True
-    return False
+    at_rest(text, names, kinks)
 
 
 def _signum(argument: Expr, sign: Callable[[Expr], Expr] = side) -> Expr:
@@ -470,8 +430,8 @@ def _kinked(sign: Callable[[Expr], Expr]) -> dict[str, Callable]:
 
     def power(base: Expr, exponent: Expr) -> Expr:
         folded = base.has(side) or any(each.name.startswith("Fn_") for each in base.free_symbols)
-        kept = folded and not exponent.is_negative
-        return _without_abs(_onward(base, base, exponent) if kept else _power(base, exponent), sign)
+        kept = folded and not (exponent.is_integer or exponent.is_negative)
+        return _without_abs(_continued(base, exponent) if kept else _power(base, exponent), sign)
 
     return _SMOOTH | {
         "**": power,

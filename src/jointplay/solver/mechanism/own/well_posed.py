@@ -18,7 +18,9 @@ from jointplay.display.errors import NOTHING, InputError, Problem, join, problem
 from jointplay.solver.equations.own.grammar import (
     CONSTANTS,
     FUNCTIONS,
+    ZERO,
     Tree,
+    flat,
     is_name,
     number,
     parse,
@@ -225,14 +227,17 @@ def wrong_text(
         yield unknown(key, text, name, sorted(known), f"name as {name!r}")
     for kinked in sorted(_operations(tree) & KINKED) if not kinks else ():
         yield Problem(key, text, f"an expression without kinks is accepted, and {kinked} has one")
-    tells = key.rpartition(".")[2] in GUARDS
+    part, _, last = key.rpartition(".")
+    tells = part.endswith("]") and last in GUARDS
     if large := too_large(text, bends=tells):
         yield Problem(key, text, large)
-    elif size(text).kinks or not plainly_real(tree):
+    elif (tells or size(text).kinks) and flat(text, tells, switches):
+        yield Problem(key, text, ZERO)
+    elif not plainly_real(tree):
         from jointplay.solver.equations.own.own import checked
 
         try:
-            checked(text, kinks, tells, switches)
+            checked(text, kinks)
         except InputError as error:
             yield from error.under(key).problems
 
