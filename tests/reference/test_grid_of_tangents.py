@@ -126,7 +126,7 @@ SCENES = {
     ),
     "jump of the state": Scene(lambda: own(**JUMP), None, 4.0, "gain", {"impact"}),
     "line across which the rate jumps": Scene(lambda: own(**CORNER), None, 5.0, "more", {"contact"}),
-    "switch": Scene(lambda: own(**LAMP), None, 6.0, "draw", {"contact"}),
+    "switch": Scene(lambda: own(**LAMP), None, 6.0, "draw", {"impact"}),
     "mode": Scene(partial(written, "buck_discontinuous"), None, 5.7e-5, "load", {"impact"}),
     "sliding": Scene(lambda: own(**RELAY), None, 1.5, "load", {"stick_onset"}, lanes="sliding_switch"),
     "linkage rubs": Scene(
