@@ -49,9 +49,11 @@ def counted(monkeypatch):
 
     @contextmanager
     def limited(motions):
-        left[0] = motions
-        yield
-        left[0] = math.inf
+        before, left[0] = left[0], motions
+        try:
+            yield
+        finally:
+            left[0] = before
 
     def noted(mechanism, start, how):
         if left[0] < 1:
