@@ -24,8 +24,8 @@ SHORT = {  # keywords that make a study or a call of a kind brief, beside those 
     "curve": {"max_points": 3, "max_curves": 1},
     "bifurcation": {"turns": 3, "transient": 1, "lyapunov_turns": 2},
     "sensitivity": {"turns": 2, "neighbours": 2},
-    "gradient": {"turns": 1, "transient": 2},
-    "optimise": {"transient": 2, "max_iterations": 2},
+    "gradient": {"turns": 1},
+    "optimise": {"max_iterations": 2},
     "attractors": {"starts": 3, "turns": 8, "transient": 2, "patience": 1, "lyapunov_turns": 2},
     "tipping": {"starts": 3, "turns": 8, "transient": 2, "patience": 1}
     | dict.fromkeys(("steps", "phases", "directions", "edge_turns"), 2),
