@@ -196,7 +196,7 @@ def _inside(model: Model) -> Model:
     if not module.RESETS:
         return model
     if not model.links:
-        numbers = dict(zip(module.PARAMETERS, model.numbers, strict=True))
+        model, numbers = stood(model), dict(zip(module.PARAMETERS, model.numbers, strict=True))
         return replace(model, state=inside(model.structure, numbers, model.state))
     states = model.state[None, :]
     shares = of_states(model, [f"eccentricity_ratio:{name}" for name in module.RESETS], states)

@@ -227,11 +227,8 @@ class Bundle:
         met = [4 * first + wall for wall in np.flatnonzero(motion.modes[first:] > RELEASED)]
         values = np.abs(_rows(self.model.structure, self.work, motion)[self.options.guards :])
         for j in range(first):
-            slips = motion.modes[j] in (
-                Mode.SLIP_POSITIVE,
-                Mode.SLIP_NEGATIVE,
-            )  # what sticks forgets how it came
-            watched = [4 * j + guard for guard in ((GAP, SLIDE) if slips else (GAP,))]
+            slips = motion.modes[j] in (Mode.SLIP_POSITIVE, Mode.SLIP_NEGATIVE)
+            watched = [4 * j + guard for guard in ((GAP, SLIDE) if slips else (GAP,))]  # else forgotten
             met += [guard for guard in watched if values[guard] <= motion.margin[guard]]
         slopes, found = self.tangents.gradient.copy(), np.zeros(len(self.directions), dtype=bool)
         module = cache.variation_module(self.model.structure, self._names)

@@ -136,6 +136,22 @@ def test_what_follows_an_orbit_that_is_not_found_farther_on_says_whether_it_chan
     assert np.ravel(sweep["period"]).tolist() == [1, 2]
 
 
+@pytest.mark.long
+def test_motions_go_on_from_where_they_are_said_to_stand():
+    """To what an orbit errs by that is not run through again."""
+    found = jp.assess(LOOSE, along=["gear_ratio"], reach=1.01, budget=1e6, n_jobs=1).isel(parameter=0)
+    for side, count in found["values_looked_at"].groupby("side"):
+        assert count.item() >= 2
+        for i in range(count.item()):
+            place = found.sel(side=side).isel(looked=i)
+            there = LOOSE.varied({"gear_ratio": float(place["looked_ratio"] * found["present_value"])})
+            turns, state = int(place["looked_period"]), place["looked_state"]
+            end = jp.simulate(there, initial=state, turns=turns, rtol=1e-10)["end_state"]
+            change = (end.sel(state=state["state"]) - state).values
+            change -= 2 * np.pi * np.round(change / (2 * np.pi))
+            assert change == pytest.approx(np.zeros(6), abs=2e-4)
+
+
 @pytest.mark.nightly
 def test_smaller_rigid_bearings_are_looked_at():
     """What lies on the face of the larger one is outside; a direct run at the last value says the same."""

@@ -19,9 +19,9 @@ then is followed 6000 more, as at an edge of chaos, which may die out late: an o
 stable, and what has neither period nor chaos. So a window is seen whose multiplier passes -1 by 0.004. Where
 a value said to be chaotic is not so in the sweep, chaos has to last there, 440 turns and those of its
 exponent, from one of the `STARTS` nearest chaotic cells: the page says that it lasts so long, and when it
-dies out is chance. Motions may coexist: a cell that differs is reached once more, in finer steps; beside an
-edge, and where a trait is as at present again, the usual start counts, too. Where a window begins and ends
-is known to `ACCURACY`.
+dies out is chance. Motions may coexist: a cell that differs is reached once more, in finer steps, and
+followed from where the assessment says that its motion stands; beside an edge, and where a trait is as at
+present again, the usual start counts, too. Where a window begins and ends is known to `ACCURACY`.
 """
 
 import itertools
@@ -128,11 +128,12 @@ def _numbers(found, name):
     return np.asarray(found[name], dtype=float).reshape(len(found[name]), -1)
 
 
-def swept(mechanism, key, values, present, judged, needed):
+def swept(mechanism, key, values, present, judged, needed, told):
     """Answers of `CHANGES` over the values, in their order: of the `needed` cells from the longer runs.
 
     `judged`, over values and `CHANGES`, says which answers have to be the `present` ones; `needed` has cells
-    of which the last are followed longest, since chaos may die out in them.
+    of which the last are followed longest, since chaos may die out in them. `told` are states at or before
+    the values.
     """
     way = "up" if abs(values[-1]) > abs(values[0]) else "down"
     short = SWAYS if frictionless(mechanism) else SHORT
@@ -177,6 +178,8 @@ def swept(mechanism, key, values, present, judged, needed):
             answers[i] = from_start(place, end)
             if np.any(answers[i] != present):  # an orbit may have doubled by very little
                 (answers[i],), _ = followed_on([place], [end], LASTING, 800, NEARLY)
+            if np.any(answers[i] != present):
+                answers[i] = from_start(place, told[i])
     return answers
 
 
@@ -248,6 +251,14 @@ def longest(ratios, same):
     return max((np.expm1(abs(np.log(ratios[run[-1]] / ratios[run[0]]))) for run in runs), default=0.0)
 
 
+def states_told(here, ratios):
+    """States that an assessment tells of at ratios, or at the last value before; None where there is none."""
+    looked = here["looked_ratio"].values
+    away = np.abs(np.log(looked[np.isfinite(looked)])) * (1 - 1e-12)
+    last = np.searchsorted(away, np.abs(np.log(ratios)), side="right") - 1
+    return [None if i < 0 else here["looked_state"].values[i] for i in last]
+
+
 def disagreements(mechanism, found, key, side, reach):
     """Changes on one side whose edge, or its absence, the sweep does not confirm."""
     here = found.sel(parameter=key, side=side)
@@ -273,11 +284,18 @@ def disagreements(mechanism, found, key, side, reach):
     needed += [np.concatenate([each[:2], back]) for each, back in zip(cells, again, strict=True)]
     count = max([*np.flatnonzero(judged.any(axis=1)), *np.concatenate(needed)], default=0) + 1
     ratios, judged, looked = ratios[:count], judged[:count], looked[:count]
-    answers = swept(mechanism, key, begin * ratios, present, judged, needed)
+    told = states_told(here, ratios)
+    answers = swept(mechanism, key, begin * ratios, present, judged, needed, told)
+
+    def same_from(cell, i, starts):
+        """Whether a trait is as at present in a cell, from one of some starts."""
+        place = mechanism.varied({key: begin * ratios[cell]})
+        return any(from_start(place, start)[i] == present[i] for start in starts)
+
     for i, (change, edge) in enumerate(zip(CHANGES, edges, strict=True)):
         same = answers[:, i] == present[i]
         for cell in again[i][~same[again[i]]]:  # motions may coexist
-            same[cell] = from_start(mechanism.varied({key: begin * ratios[cell]}))[i] == present[i]
+            same[cell] = same_from(cell, i, (None, told[cell]))
         bad = not same[judged[:, i] & looked].all() or not same[again[i]].all()
         bad |= longest(ratios, same | ~judged[:, i]) > share
         if irregular[i]:  # seen in some of the cells
@@ -286,7 +304,7 @@ def disagreements(mechanism, found, key, side, reach):
             (last, first), more = cells[i][:2], cells[i][2:]
             for cell, as_now in ((last, True), (first, False)):
                 if same[cell] != as_now:  # motions may coexist
-                    same[cell] = from_start(mechanism.varied({key: begin * ratios[cell]}))[i] == present[i]
+                    same[cell] = same_from(cell, i, (None, told[cell]) if as_now else (None,))
             bad |= not same[last] or same[first] or (len(more) > 0 and same[more].all())
         if bad:
             yield key, side, change, edge, answers[:, i].tolist()

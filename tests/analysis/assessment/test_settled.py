@@ -173,7 +173,7 @@ def test_chaos_is_over_where_there_is_a_period_and_not_where_nothing_is_sure():
         (1.4, motion(3)),
         (1.5, motion(5)),
     ):
-        side.at(value, each.traits, each.period)
+        side.motion_at((value, each))
     assert side.found["chaos"][-2] == 1.4
 
 
@@ -182,7 +182,7 @@ def test_contact_is_kept_again_where_there_is_a_period_and_not_where_its_loss_wa
     side = edges_module.Side(motion(1), 1.0, 0.01, 1.0)
     side.change("contact_loss", 1.1, 1.1, "irregular")
     for value, each in ((1.2, motion(0, CHAOTIC)), (1.3, motion(4)), (1.4, motion(1))):
-        side.at(value, each.traits, each.period)
+        side.motion_at((value, each))
     assert side.found["contact_loss"][-2] == 1.3
 
 
@@ -378,7 +378,8 @@ class Walked:
         self.places = [self.rest.pop(0)]
 
     def place(self, value):
-        return SimpleNamespace(value=value, stable=True, lost=self.low <= value < self.high)
+        lost = self.low <= value < self.high
+        return SimpleNamespace(value=value, stable=True, lost=lost, at_start=lambda: np.zeros(2))
 
     def onward(self):
         self.places.append(place := self.rest.pop(0) if self.rest else None)

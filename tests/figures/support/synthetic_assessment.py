@@ -52,6 +52,7 @@ def side(limit, edges=(NAN, NAN, NAN), how=("not_met",) * 3, status=0, back=(NAN
     begin = 2e-4 if limit < 0.1 else 3.0
     found |= {"back": np.array(back), "windows": windows, "looked": np.geomspace(begin, limit, 51)[1:]}
     found |= {"traits": np.tile([True, False, False], (50, 1)), "periods": np.repeat([1, 2], 25)}
+    found["states"] = np.zeros((50, 0))
     return {"status": status, "trouble": "", "limit": limit} | found
 
 

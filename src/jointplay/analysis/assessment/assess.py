@@ -80,6 +80,7 @@ NO_IDEAL = "with ideal joints the crank comes to no steady speed: there are no i
 OVER = ("parameter", "side", "change")
 BALANCE = "equal to ``joint_work`` and ``drive_work`` where nothing else takes energy"
 LENGTH = "where a bearing's length is given"
+START = "accepted as ``initial``"
 SHARES_OF = "lowest and highest of each 512th of the turn with the largest"
 CHANGED = (*OVER[:2], "place")
 GRADED = (*GRADES, UNKNOWN)
@@ -99,6 +100,7 @@ OUTPUTS = Outputs(
         "parameter": Out("parameter", "what is varied", ""),
         "side": Out("side", "side of the present value", ""),
         "change": Out("change", "what changes", ""),
+        "state": Out("state", "state", ""),
         "place": Out("place", "place, before or after a change of the grade", ""),
     },
     {
@@ -150,6 +152,9 @@ OUTPUTS = Outputs(
                 ("chaos", "whether it is chaotic"),
             )
         },
+        "looked_state": Out(
+            (*OVER[:2], "looked", "state"), "its motion's state at crank angle 0, SI", about=START
+        ),
         "window_low": Out((*OVER[:2], "window"), "low end of a narrow window, as a multiple of present"),
         "window_high": Out((*OVER[:2], "window"), "its upper end"),
         "window_period": Out((*OVER[:2], "window"), "period of the motion in the window, turns; 0 for none"),
@@ -213,13 +218,13 @@ def _along_fits(mechanism: Mechanism | TestSystem, along: Sequence[str] | None) 
     yield from rules.alike_beside(mechanism, "along", along or ())
     several = isinstance(mechanism, Mechanism) and len(mechanism.clearance_joints) > 1
     for i, key in enumerate(along or ()):
-        place, expected = f"along[{i}]", ""
+        place = f"along[{i}]"
         value = Parameter.named(mechanism, key, place).value
         if not is_number(value) or value == 0:
-            expected = "a parameter whose value is a number other than 0 is accepted"
+            yield Problem(place, key, "a parameter whose value is a number other than 0 is accepted")
         elif key == "clearance" and several:
             expected = "one of several clearances is accepted by its path, joints.NAME.clearance"
-        yield from [Problem(place, key, expected)] * bool(expected)
+            yield Problem(place, key, expected)
 
 
 @growing
@@ -298,7 +303,8 @@ def assess(  # noqa: D417 (nobody gives it the model)
     def made() -> xr.Dataset:
         told = {"preparation": ready - began, "step": step, "lasting_share": lasting, "lasting_turns": lasted}
         told |= ended(first_bad([now, like]), began)
-        found = assembled(mechanism, keys, now, like, *known[0], *known[1:])
+        (other,), over, sides = known
+        found = assembled(mechanism, keys, now, like, other, over, sides)
         own = {"tolerances": len(spreads)} if spreads else {}
         return found.assign(OUTPUTS.variables_of(told)[0]).assign_attrs(own | said)
 
@@ -461,9 +467,10 @@ def assembled(
     joints = [joint.name for joint in mechanism.joints]
     values = _forces(joints, now, ideal) | _contacts(mechanism, joints, now) | _motion(now)
     values |= _graded(mechanism, values) | _variants(mechanism, joints, other, values["ideal_peak_force"])
-    values |= _curves(joints, keys, over) | _grade_changes(now, over, sides) | _edges(mechanism, keys, sides)
+    values |= _curves(joints, keys, over) | _grade_changes(now, over, sides)
     labels = {"joint": joints, "parameter": list(keys), "side": list(SIDES), "change": list(CHANGES)}
-    labels["place"] = list(PLACES)
+    labels |= {"place": list(PLACES), "state": [*now.get("motion", {}).get("end", ((),))[0]]}
+    values |= _edges(mechanism, keys, sides, len(labels["state"]))
     values |= {name: np.array(each, dtype=str) for name, each in labels.items()}
     return OUTPUTS.dataset(values | {"turn_share": np.linspace(0, 1, 2 * SHOWN + 1)})
 
@@ -627,7 +634,7 @@ def first_change(coarse: np.ndarray, edge: np.ndarray | None) -> np.ndarray:
     return coarse if far + (far - before) < there else edge
 
 
-def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -> dict[str, Any]:
+def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer], states: int) -> dict[str, Any]:
     shape = (len(keys), len(SIDES), len(CHANGES))
 
     def numbers(name: str, missing: Any) -> np.ndarray:
@@ -637,8 +644,10 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
 
     def table(name: str, columns: int) -> np.ndarray:
         """Rows of each side of each parameter, NaN behind the last."""
-        given = [np.reshape(np.asarray(each.get(name, ()), dtype=float), (-1, columns)) for each in sides]
-        return padded(given, columns).reshape(*shape[:2], -1, columns)
+        listed = [np.asarray(each.get(name, ()), dtype=float) for each in sides]
+        given = [np.reshape(each, (len(each), columns)) for each in listed]
+        rows = padded(given, columns)
+        return rows.reshape(*shape[:2], *rows.shape[1:])
 
     along = [Parameter(mechanism, key) for key in keys]
     values = np.array([float(each.value) for each in along])
@@ -664,6 +673,7 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
         "looked_period": table("periods", 1)[..., 0],
         "looked_contact_loss": told[..., CHANGES.index("contact_loss")],
         "looked_chaos": told[..., CHANGES.index("chaos")],
+        "looked_state": table("states", states),
         "window_low": ends[..., 0],
         "window_high": ends[..., 1],
         "window_period": windows[..., 2],

@@ -86,6 +86,15 @@ class Search:
         return np.geomspace(begin, begin * self.reach**sense, count + 1)[1:]
 
 
+class Looked(NamedTuple):
+    """A value looked at: the traits of its motion, its period, and its state at crank angle 0."""
+
+    value: float
+    traits: dict[str, bool]
+    period: int
+    state: np.ndarray
+
+
 class Stretch(NamedTuple):
     """A change that is taken back before it has lasted: its two ends, its period, the place beyond."""
 
@@ -218,8 +227,8 @@ class Side:
         The present motion.
     found : dict
         By change: edge, error, low and high, the first return, and index into `HOW`.
-    looked : list of tuple
-        Values looked at, each with its traits and the period of its motion, outward.
+    looked : list of Looked
+        Values looked at, outward.
     windows : dict
         Changes that were taken back too soon, by the value at which each was met: two ends, and a period.
     limit : float
@@ -239,7 +248,7 @@ class Side:
     reach: float = 2.0
     name: str = ""
     found: dict[str, tuple[float, ...]] = field(default_factory=lambda: dict.fromkeys(CHANGES, NOT_MET))
-    looked: list[tuple[float, dict[str, bool], int]] = field(default_factory=list)
+    looked: list[Looked] = field(default_factory=list)
     windows: dict[float, tuple[float, float, int]] = field(default_factory=dict)
 
     def changed(self, traits: dict[str, bool]) -> list[str]:
@@ -267,19 +276,29 @@ class Side:
         """Whether a change has lasted from one value to another."""
         return log_distance(end, begin) > math.log1p(self.lasting)
 
-    def at(self, value: float, traits: dict[str, bool], period: int) -> None:
+    def orbit_at(self, place: Place) -> None:
+        """Note an orbit of the present period."""
+        traits = self.here.traits | {"contact_loss": place.lost}
+        self.at(Looked(place.value, traits, self.here.period, place.at_start()))
+
+    def motion_at(self, spot: Spot) -> None:
+        """Note the motion at a value."""
+        self.at(Looked(spot[0], spot[1].traits, spot[1].period, spot[1].end.state))
+
+    def at(self, place: Looked) -> None:
         """Note a value looked at, and which traits are as at present there for the first time again."""
+        value, traits, period, _ = place
         self.limit = value
         done = log_distance(value, self.begin) / math.log(self.reach)
         stands(done, f"{self.name}: {value / self.begin:.2f} of present")
-        self.looked.append((value, traits, period))
+        self.looked.append(place)
         for name in self.returned(traits, period):
             edge, how = self.found[name][0], self.found[name][-1]
             if self.lasts(edge, value):
                 self.found[name] = (*self.found[name][:-2], value, how)
                 continue
             low, high = sorted((abs(edge), abs(value)))
-            inside = [period for place, _, period in self.looked[:-1] if low <= abs(place) <= high]
+            inside = [each.period for each in self.looked[:-1] if low <= abs(each.value) <= high]
             self.windows[edge] = (*sorted((edge, value)), inside[-1] if inside else self.here.period)
             self.found[name] = NOT_MET
 
@@ -298,12 +317,12 @@ def edges(
     -------
     dict
         ``status``; ``limit``, the last value looked at; ``looked``, the values, and over these ``periods``
-        (0: none) and, over `CHANGES` too, ``traits``; over `CHANGES`: ``edge`` (NaN: not met), its ``error``,
-        ``low`` and ``high``, motions that differ and the edge between them, ``back``, where it is first as at
-        present again (NaN: not met), and ``how``, an index into `HOW`. ``windows``: low and high end, and
-        period, of each change that was taken back within the share `lasting`. Where the time ended before:
-        status ``not_run``, what was found so far, and all motions settled so far as ``known``, with which
-        another call goes on.
+        (0: none), ``states`` at crank angle 0 and, over `CHANGES` too, ``traits``; over `CHANGES`: ``edge``
+        (NaN: not met), its ``error``, ``low`` and ``high``, motions that differ and the edge between them,
+        ``back``, where it is first as at present again (NaN: not met), and ``how``, an index into `HOW`.
+        ``windows``: low and high end, and period, of each change that was taken back within the share
+        `lasting`. Where the time ended before: status ``not_run``, what was found so far, and all motions
+        settled so far as ``known``, with which another call goes on.
     """
     given = Parameter(here.mechanism, key)
     begin, sense, name = float(given.value), SIDES[side], f"{given.noun}, {SENSES[side]}"
@@ -325,9 +344,10 @@ def edges(
     columns = np.array([found.found[name] for name in CHANGES]).T
     ended = {"status": status, "trouble": trouble, "limit": found.limit, "windows": [*found.windows.values()]}
     ended |= {"known": how.known} if status == Status.NOT_RUN else {}
-    ended["looked"] = np.array([value for value, _, _ in found.looked])
-    ended["traits"] = np.array([[each[name] for name in CHANGES] for _, each, _ in found.looked], dtype=bool)
-    ended["periods"] = np.array([period for _, _, period in found.looked], dtype=int)
+    ended["looked"] = np.array([each.value for each in found.looked])
+    ended["traits"] = np.array([[e.traits[name] for name in CHANGES] for e in found.looked], dtype=bool)
+    ended["periods"] = np.array([each.period for each in found.looked], dtype=int)
+    ended["states"] = np.array([each.state for each in found.looked])
     return ended | dict(zip(("edge", "error", "low", "high", "back", "how"), columns, strict=True))
 
 
@@ -382,7 +402,7 @@ def _behind(side: Side, carried: Carried, search: Search, end: BranchEnd, sense:
             else:
                 met = outer if name == "doubling" and kind != ENDED else spot[0]
                 side.change(name, held, met, "bracketed" if kind == ENDED else kind)
-        side.at(spot[0], spot[1].traits, spot[1].period)
+        side.motion_at(spot)
         last = spot
         if spot[1].period == side.here.period:
             break
@@ -407,7 +427,7 @@ def _along_branch(side: Side, walk: Walk) -> tuple[Place, float, str] | None:
             inner, outer = walk.enclosed(lambda middle, lost=place.lost: middle.lost == lost)
             if side.changed(here.traits | {"contact_loss": outer.lost}):
                 side.change("contact_loss", inner.value, outer.value, "grazing")
-            side.at(outer.value, here.traits | {"contact_loss": outer.lost}, here.period)
+            side.orbit_at(outer)
         if left is not None:
             end = walk.enclosed(lambda middle: middle.stable)[1].value
             if side.lasts(left[1], end):
@@ -415,7 +435,7 @@ def _along_branch(side: Side, walk: Walk) -> tuple[Place, float, str] | None:
             if side.changed(here.traits | {"contact_loss": place.lost}):
                 side.change("contact_loss", left[1], end, "bracketed")
             side.windows[left[1]] = *sorted((left[1], end), key=abs), 2 * here.period
-        side.at(place.value, here.traits | {"contact_loss": place.lost}, here.period)
+        side.orbit_at(place)
         before, left = place, None
     return left or (None if walk.ended is None else (before, walk.ended, ENDED))
 
@@ -438,7 +458,7 @@ def _beyond(side: Side, carried: Carried, search: Search, first: Spot, sense: in
                 side.change(name, last[0], value, "bracketed")  # a window
             else:
                 _halved(side, carried, name, last, spot, search)
-        side.at(value, spot[1].traits, spot[1].period)
+        side.motion_at(spot)
         last = spot
 
 
@@ -468,7 +488,7 @@ def _carried_along(side: Side, carried: Carried, search: Search, sense: int) -> 
                 if not spot[1].traits["chaos"]:
                     side.windows[spot[0]] = window[:3]
                     break
-        side.at(spot[0], spot[1].traits, spot[1].period)
+        side.motion_at(spot)
         trail.append(last)
         values = values[1:]
         values = values[np.abs(values / begin - 1) > abs(last[0] / begin - 1)]  # beyond a window

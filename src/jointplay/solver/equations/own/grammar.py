@@ -32,8 +32,8 @@ BRANCHES, FLAGS = 256, 4  # sides of kinks, and switches, with which an expressi
 ROUNDED = 1e-12  # of the size of its terms, whose sum is 0 then
 ZERO = (
     "an expression is accepted that is 0 at instants alone, as signs and guards need: this one is 0 over a "
+    "stretch; in the place of sign(max(x, 0)), max(sign(x), 0) is accepted"
 )
-ZERO += "stretch; in the place of sign(max(x, 0)), max(sign(x), 0) is accepted"
 PLAIN = 100.0  # orders of magnitude below which products of numbers are far from overflow
 ACCEPTED = "numbers, names, + - * / ** and brackets are accepted"
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)

@@ -384,9 +384,9 @@ def _power(base: Expr, exponent: Expr) -> Expr:
 
 def _onward(u: Expr, base: Expr, exponent: Expr) -> Expr:
     """A power; of a depth, which rounding may put below 0, continued as in the laws of contact."""
-    return (
-        _power(base, exponent) if exponent.is_integer or base not in (u, Abs(u)) else _continued(u, exponent)
-    )
+    if base in (u, Abs(u)) and not exponent.is_integer:
+        return _continued(u, exponent)
+    return _power(base, exponent)
 
 
 def _continued(base: Expr, exponent: Expr) -> Expr:

@@ -81,6 +81,11 @@ class Sum:
     slides: dict[str, int] = field(default_factory=dict)
     bases: tuple[tuple[int, int], ...] = ()
 
+    def numbers(self, name: str, prefix: str = "") -> dict[str, float]:
+        """Its constant part and its arms, m, by their names in the equations."""
+        fixed = {f"{prefix}{axis}0_{name}": v for axis, v in zip("xy", self.fixed, strict=True)}
+        return fixed | {f"D_{name}_{k}": arm for k, arm in self.arms.items()}
+
 
 @dataclass(frozen=True)
 class Forest:
@@ -208,10 +213,8 @@ class Forest:
                 values[name] = sum(links[k].mass for k in pin.links if self.places[k].chain == chain)
             values |= {f"mu_{pin.name}_{k}": self._moment(k, pin.links) for k in pin.arms}
         for joint in loose:
-            apart = self.vector(joint.journal, joint.bearing)
-            own = joint.numbers | dict(zip(("rx0", "ry0"), apart.fixed, strict=True))
-            values |= {f"{word}_{joint.name}": value for word, value in own.items()}
-            values |= {f"D_{joint.name}_{k}": arm for k, arm in apart.arms.items()}
+            values |= {f"{word}_{joint.name}": value for word, value in joint.numbers.items()}
+            values |= self.vector(joint.journal, joint.bearing).numbers(joint.name, "r")
         for beam in made.beams:
             link, arms = links[beam.link], self.places[beam.link].arms
             values |= _bending(link) | {f"L_{link.name}_{k}": arm for k, arm in arms.items()}
@@ -225,9 +228,7 @@ class Forest:
 
     def span_numbers(self, name: str, pins: Mapping[str, Pin]) -> dict[str, float]:
         """Its constant part and its arms, m, by name."""
-        vector = self.vector(*pins.values())
-        x, y = vector.fixed
-        return {f"x0_{name}": x, f"y0_{name}": y} | {f"D_{name}_{k}": arm for k, arm in vector.arms.items()}
+        return self.vector(*pins.values()).numbers(name)
 
     def _floats(self) -> tuple[tuple[str, ...], ...]:
         """Names of the links of each floating chain."""
@@ -323,7 +324,7 @@ def _bending(link: Link) -> dict[str, float]:
         "rate": 0 * modes.frequency,
         "acc": 0 * modes.frequency,
     }
-    return {f"{word}_{link.name}_{i}": float(v) for word, row in rows.items() for i, v in enumerate(row)}
+    return stretch.named(link, rows)
 
 
 def decomposed(mechanism: Mechanism, first: str | None) -> Plan | None:

@@ -34,11 +34,11 @@ def loop_numbers(forest: Forest, bases: Bases) -> dict[str, float]:
     """
     values = {}
     for name, link in forest.slides.items():
-        values |= _slide(name, link, forest) | vector(name, forest.base(link))
+        values |= _slide(name, link, forest) | forest.base(link).numbers(name, "r")
     for cut, unknowns in forest.cuts:
         for joint in cut:
             closed = forest.closure(joint)
-            values |= vector(joint.name, closed)
+            values |= closed.numbers(joint.name, "r")
             if len(cut) == 1:
                 values |= _branch(joint.name, closed, unknowns, forest, bases)
     return values
@@ -60,12 +60,6 @@ def guesses(structure: Linkage, bases: Bases) -> np.ndarray:
         else:
             rows.append((bases.slide(unknown[1])[0], max(link.length for link in bases.mechanism.links)))
     return np.array(rows, dtype=float).reshape(-1, 2)
-
-
-def vector(name: str, vector: Sum) -> dict[str, float]:
-    """Give the numbers of a vector in the equations: its constant part and its arms."""
-    x, y = vector.fixed
-    return {f"rx0_{name}": x, f"ry0_{name}": y} | {f"D_{name}_{k}": arm for k, arm in vector.arms.items()}
 
 
 def _slide(name: str, link: str, forest: Forest) -> dict[str, float]:

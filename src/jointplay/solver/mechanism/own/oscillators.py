@@ -136,8 +136,8 @@ def standing(structure: Oscillator, numbers: dict[str, float], state: np.ndarray
 
 
 def inside(structure: Oscillator, numbers: dict[str, float], state: np.ndarray) -> np.ndarray:
-    """The state, `standing`, its positions moved back to where a rigid wall stands, if beyond that."""
-    module, state = cache.structure_module(structure), standing(structure, numbers, state).copy()
+    """The state, its positions moved back to where a rigid wall stands, if beyond that."""
+    module, state = cache.structure_module(structure), state.copy()
     count = module.SIZES["positions"]
     for name in (each.name for each in structure.impacts):
         for _ in range(ROUNDS):

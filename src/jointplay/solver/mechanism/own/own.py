@@ -340,7 +340,7 @@ def _start(latch: Switch, system: System) -> str:
     for _ in range(3):  # of switches that hang on others
         text = re.sub(
             r"[A-Za-z]\w*",
-            lambda name: f"({known.get(name[0], name[0])})" if name[0] in known else name[0],
+            lambda name: f"({known[name[0]]})" if name[0] in known else name[0],
             text,
         )
     return f"0.5 - 0.5*sign({text})"

@@ -67,6 +67,11 @@ def along(link: Link) -> Along:
     )
 
 
+def named(link: Link, rows: Mapping[str, np.ndarray]) -> dict[str, float]:
+    """Give the numbers of a link's modes, rows by their words, their names in the equations."""
+    return {f"{word}_{link.name}_{i}": float(v) for word, row in rows.items() for i, v in enumerate(row)}
+
+
 def numbers(link: Link) -> dict[str, float]:
     """Give the numbers of the modes along a link in the equations, by name."""
     modes, xi = along(link), link.beam.damping_ratio
@@ -77,8 +82,9 @@ def numbers(link: Link) -> dict[str, float]:
         "axial_c": 2 * xi * modes.frequency,
         "stretch": modes.stretch,
     }
-    values = {f"{word}_{link.name}_{a}": float(v) for word, row in rows.items() for a, v in enumerate(row)}
-    return values | {f"G_{link.name}_{i}_{a}": float(G) for (i, a), G in np.ndenumerate(modes.coupling)}
+    return named(link, rows) | {
+        f"G_{link.name}_{i}_{a}": float(G) for (i, a), G in np.ndenumerate(modes.coupling)
+    }
 
 
 def problems(
