@@ -177,7 +177,7 @@ def section(found: dict[str, Any]) -> str:
     choice = "".join(f"<option>{escape(each['name'])}</option>" for each in found["views"])
     several = f'<label>{"Bearing" if circle else "Guide"} <select id="live-view">{choice}</select></label>'
     second = "; the second curve is the same mechanism without clearance"
-    ideal, beside = (second if each else "" for each in (found["ideal"], found["views"][0]["ideal"]))
+    ideal, in_view = (second if each else "" for each in (found["ideal"], found["views"][0]["ideal"]))
     marks = "".join(
         f"<li>{escape(grade)}: {escape(words)}</li>" for grade, words in LIMITS["meaning"].items()
     )
@@ -188,7 +188,7 @@ def section(found: dict[str, Any]) -> str:
         orbit="Journal in its bearing: the circle is the clearance, the arrow the force on the journal"
         if circle
         else "Phase plane",
-        force=f"Over the turn{ideal and beside}",
+        force=f"Over the turn{ideal and in_view}",
         strain=f"Largest force{ideal}",
         grades=f"<ul>{marks}</ul>" if found["scene"] else "",
         rtol=plain(RTOL, 1),

@@ -100,11 +100,11 @@ def bearing(part: Dataset, joint: Joint) -> dict[str, Any]:
 def guide(part: Dataset, joint: Joint) -> dict[str, Any]:
     """Return a guide: corners' progress to their faces in clearances, and as recorded contact and forces."""
     pin, corners = joint.bearing, part.sel(joint=list(joint.contacts))
-    turned = 0.0 if pin.link == GROUND else part["angle"].sel(link=pin.link).values[:, None]
+    angle = 0.0 if pin.link == GROUND else part["angle"].sel(link=pin.link).values[:, None]
     sides = np.array([side for _, side in CORNERS.values()])
     x, y = (corners[f"journal_{axis}"].transpose("time", "joint").values for axis in "xy")
-    ways = sides * (y * np.cos(pin.direction + turned) - x * np.sin(pin.direction + turned)) / joint.clearance
-    found = {"name": joint.name, "clearance": joint.clearance, "ways": packed.array(ways)}
+    shifts = sides * (y * np.cos(pin.direction + angle) - x * np.sin(pin.direction + angle)) / joint.clearance
+    found = {"name": joint.name, "clearance": joint.clearance, "ways": packed.array(shifts)}
     if "mode" in corners:
         touch = [select.in_contact(corners, name) for name in joint.contacts]
         found["touch"] = packed.array(np.stack(touch, -1).astype(float))

@@ -247,7 +247,7 @@ def cell_section(content: Any) -> str:
         return ""
     runs = all(each["key"] for each in content.cells["parameters"])
     motion, words = point_section(content.live), "With the study below, this computes the point again"
-    if {"up", "down"} & {word for way in content.cells["ways"] for word in way.split()}:
+    if {"up", "down"} & {word for name in content.cells["ways"] for word in name.split()}:
         words += ", from the study's own start: upward and downward, each began where its neighbour ended"
     again = f"<p>{words}:</p>{texts.copied('cell-command', '')}"
     labels = (escape(f"{one['y_label']} over {one['x_label']}") for one in content.cells["charts"])
@@ -418,8 +418,8 @@ def plain(text: str) -> str:
 def stands_for(ax: Axes, which: str, dataset: Dataset, known: list[str]) -> tuple[str | None, float]:
     """Return the coordinate along an axis, found by its label, and the factor to its units."""
     written = {label.replace("\n", " ") for label in labels(ax, which)}
-    if "time" in known and (told := written & SECONDS.keys()):
-        return "time", SECONDS[told.pop()]
+    if "time" in known and (matches := written & SECONDS.keys()):
+        return "time", SECONDS[matches.pop()]
     for name in known:
         unit = artists.displayed(dataset[name])[1]
         if artists.axis_label(dataset[name], unit) in written:

@@ -51,15 +51,15 @@ def cells(dataset: Dataset, study: dict[str, Any], room: int) -> dict[str, Any] 
     names = parameters(dataset)
     if not names:
         return None
-    beside = [dim for dim in sweep_axes.SWEEPS if dim in dataset["cell_status"].dims]
-    ways = list(product(*(map(str, dataset[dim].values) for dim in beside)))
-    charts, thinned = curves(dataset, [*names, *beside], room // 8)
+    dims = [dim for dim in sweep_axes.SWEEPS if dim in dataset["cell_status"].dims]
+    keys = list(product(*(map(str, dataset[dim].values) for dim in dims)))
+    charts, thinned = curves(dataset, [*names, *dims], room // 8)
     room -= 4 * sum(map(values_of, charts))
-    states = ends(dataset, [*names, *beside], room // 2)
-    numbers, left = rows(dataset, [*names, *beside], room - (packed.size(states) if states else 0))
+    states = ends(dataset, [*names, *dims], room // 2)
+    numbers, left = rows(dataset, [*names, *dims], room - (packed.size(states) if states else 0))
     return {
         "parameters": [axis(dataset, name, list(study.get("vary") or {})) for name in names],
-        "ways": [" ".join(f"start {w}" if w.isdigit() else w for w in way) for way in ways],
+        "ways": [" ".join(f"start {w}" if w.isdigit() else w for w in key) for key in keys],
         "rows": numbers,
         "charts": charts,
         "ends": states,

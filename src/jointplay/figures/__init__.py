@@ -126,8 +126,8 @@ def sheet_of(
 def of_sweep(dataset: Dataset, options: dict) -> dict | None:
     """Return the options that draw a whole sweep; None where they are of one cell, or none suit."""
     whole, shown = options | {"kind": "sweep"}, options.get("quantity") or cell_quantity.usual(dataset)
-    asked = options.get("kind") == "sweep" or ("kind" not in options and shown and not problems(whole))
-    return whole if asked else None
+    wanted = options.get("kind") == "sweep" or ("kind" not in options and shown and not problems(whole))
+    return whole if wanted else None
 
 
 def usual_kind(dataset: Dataset | Mechanism, options: Collection[str] = ()) -> str:
@@ -161,8 +161,8 @@ def problems(options: dict) -> list[Problem]:
 def _missing_variables(options: Mapping[str, Any], names: tuple[str, ...]) -> list[Problem]:
     """Problems of figure options that need variables which a result with the variables `names` lacks."""
     kind = options.get("kind")
-    asked = [(key, name) for key in NAMES if key in options for name in _listed(options[key])]
-    absent = [(key, name) for key, name in asked if name not in names]
+    requested = [(key, name) for key in NAMES if key in options for name in _listed(options[key])]
+    absent = [(key, name) for key, name in requested if name not in names]
     found = [unknown(f"figure.{key}", name, name, names, "recorded variable") for key, name in absent]
     if kind not in ABOUT:
         return found
@@ -177,7 +177,7 @@ def _missing_variables(options: Mapping[str, Any], names: tuple[str, ...]) -> li
     return found
 
 
-def study_problems(kind: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> list[Problem]:
+def study_problems(kind: str, options: Mapping[str, Any], settings: Mapping[str, Any]) -> list[Problem]:
     """Return the problems of drawing a figure from the result of a study.
 
     Parameters
@@ -186,16 +186,16 @@ def study_problems(kind: str, options: Mapping[str, Any], asked: Mapping[str, An
         Which figure.
     options : mapping
         Its options; without a `kind` where it is the usual one.
-    asked : mapping
+    settings : mapping
         The study's keywords, and under ``recorded`` the names of the quantities that its result will have;
         None where they are not known.
     """
-    about, names = ABOUT[kind], asked["recorded"]
+    about, names = ABOUT[kind], settings["recorded"]
     if "kind" in options and names == () and (about.needs or about.pair or "variables" in keywords(kind)):
         expected = f"a list of what the figure {kind} draws is needed"
         return [Problem("analysis.record", NOTHING, expected)]
     linkage = names is not None and "state_value" not in names
-    found = [*(_missing_variables(options, names) if linkage else ()), *about.fits(options, asked)]
+    found = [*(_missing_variables(options, names) if linkage else ()), *about.fits(options, settings)]
     found += _value("width", options, kind) if "width" in options else []
     return [each for each in found if "kind" in options or each.key != "figure.kind"]
 

@@ -117,14 +117,14 @@ def title(place: SubFigure, dataset: Dataset, width: float) -> None:
 
 def share(panels: Sequence[Axes]) -> None:
     """Give panels the limits that hold all of them, in the directions in which they show one unit."""
-    for way in "xy":
-        units = {artists.unit(getattr(ax, f"get_{way}label")()) for ax in panels}
+    for axis in "xy":
+        units = {artists.unit(getattr(ax, f"get_{axis}label")()) for ax in panels}
         if len(units) == 1:
-            ends = np.array([getattr(ax, f"get_{way}lim")() for ax in panels])
+            ends = np.array([getattr(ax, f"get_{axis}lim")() for ax in panels])
             low, high = ends[:, 0].min(), ends[:, 1].max()
             pad = AROUND * (high - low) * bool(np.ptp(ends, axis=0).any())
             for ax in panels:
-                getattr(ax, f"set_{way}lim")(low - pad, high + pad)
+                getattr(ax, f"set_{axis}lim")(low - pad, high + pad)
 
 
 def align(places: Sequence[SubFigure]) -> None:

@@ -86,8 +86,8 @@ def ratios(ax: Axes, part: Dataset) -> None:
         ax.xaxis.set_major_locator(MaxNLocator(8))
     grades = ax.secondary_yaxis("right")
     each = (part.isel(comparison=row) for row in range(len(values)))
-    told = [f"{codes.words(one['compared_grade']).item()}: {count(one)}" for one in each]
-    grades.set_yticks(np.arange(len(values)), told)
+    labels = [f"{codes.words(one['compared_grade']).item()}: {count(one)}" for one in each]
+    grades.set_yticks(np.arange(len(values)), labels)
     for axis in (ax, grades):
         axis.tick_params(axis="y", length=0)
 

@@ -32,20 +32,20 @@ def scheme_comparison(dataset: Dataset, *, measure: str = "deflection") -> Figur
     """
     variable = f"pass_{select.choice('measure', measure, MEASURES)}" + "_error" * (measure != "change")
     select.require(dataset, "scheme_comparison", ("case", "windows_per_turn", "pass", variable))
-    looks = [look(dataset, number) for number in range(dataset.sizes["case"])]
+    styles = [look(dataset, number) for number in range(dataset.sizes["case"])]
     figure = style.sheet(180.0, 130.0)
     upper, lower = figure.subfigures(2, 1, height_ratios=(1, 1.15))
     axes = upper.subplots(1, dataset.sizes["windows_per_turn"], sharey=True, squeeze=False)[0]
     for number, ax in enumerate(axes):
-        passes_panel(ax, dataset[variable].isel(windows_per_turn=number), looks)
+        passes_panel(ax, dataset[variable].isel(windows_per_turn=number), styles)
     low, high = axes[0].get_ylim()
     axes[0].set_ylim(low, min(high, HIGHEST))  # lines beyond any meaning leave through the top
     unit = str(dataset[variable].attrs.get("units", "1"))
     axes[0].set_ylabel(artists.with_unit(MEASURES[measure], PLAIN.get(unit, unit)))
     ax, words = lower.subplots(1, 2, width_ratios=(1.35, 1))
-    work_panel(ax, dataset, looks)
+    work_panel(ax, dataset, styles)
     artists.letter([*axes, ax])
-    explain(words, dataset, looks)
+    explain(words, dataset, styles)
     return artists.finish(figure, dataset)
 
 
@@ -66,15 +66,15 @@ def look(dataset: Dataset, number: int) -> dict:
     }
 
 
-def passes_panel(ax: Axes, errors: DataArray, looks: list[dict]) -> None:
+def passes_panel(ax: Axes, errors: DataArray, styles: list[dict]) -> None:
     """Draw one number of windows: a line a case, as far as its passes stay finite."""
     count = int(errors["windows_per_turn"])
     x = errors["pass"].values
-    for values, one in zip(errors.transpose("case", "pass").values, looks, strict=True):
+    for values, one in zip(errors.transpose("case", "pass").values, styles, strict=True):
         ax.plot(x, np.where(np.isfinite(values), values, np.nan), markevery=max(1, x.size // 6), **one)
     lost = sum(not (values[-1] <= HIGHEST) for values in errors.transpose("case", "pass").values)
     if lost:
-        words = f"{lost} of {len(looks)} cases\ngrow beyond measure"
+        words = f"{lost} of {len(styles)} cases\ngrow beyond measure"
         ax.text(0.97, 0.97, words, transform=ax.transAxes, ha="right", va="top", fontsize=7)
     ax.set_yscale("log")
     ax.set_xlabel("Pass")
@@ -83,13 +83,13 @@ def passes_panel(ax: Axes, errors: DataArray, looks: list[dict]) -> None:
     artists.heading(ax, f"{count} window{'s' * (count != 1)} per turn")
 
 
-def work_panel(ax: Axes, dataset: Dataset, looks: list[dict]) -> None:
+def work_panel(ax: Axes, dataset: Dataset, styles: list[dict]) -> None:
     """Draw error over run time of both methods, points of a case and method; run times scatter: no lines."""
     for method, hollow in (("scheme", True), ("monolithic", False)):
         times, errors = (
             dataset[f"{method}_{name}"].transpose("case", ...).values for name in ("run_time", "error")
         )
-        for x, y, one in zip(times, errors, looks, strict=True):
+        for x, y, one in zip(times, errors, styles, strict=True):
             there = np.isfinite(x) & np.isfinite(y)
             alone = one | {"markerfacecolor": "white" if hollow else one["color"], "linestyle": "none"}
             ax.plot(1e3 * x[there], y[there], **alone)
@@ -104,10 +104,10 @@ def cases(dataset: Dataset) -> list[str]:
     return [name.replace(f"{size:g} m", measure(size, "m")) for name, size in zip(names, sizes, strict=True)]
 
 
-def explain(ax: Axes, dataset: Dataset, looks: list[dict]) -> None:
+def explain(ax: Axes, dataset: Dataset, styles: list[dict]) -> None:
     """Name the cases and the two methods, in a panel of words."""
     plain = {"color": style.BLACK, "marker": "o", "markersize": 3.0, "linestyle": "none"}
-    handles = [artists.sample(**one) for one in looks]
+    handles = [artists.sample(**one) for one in styles]
     handles += [artists.sample(**plain, markerfacecolor="white"), artists.sample(**plain)]
     names = [*cases(dataset), "scheme, in windows that settle", "all unknowns at once"]
     ax.set_axis_off()

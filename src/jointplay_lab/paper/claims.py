@@ -367,17 +367,17 @@ class Comparison(NamedTuple):
     text: str
     window: str
     ratio: Ratio
-    way: str
+    side: str
 
     @property
     def checks(self) -> np.ndarray:
         """1 where the ratio is on that side, 0 where it is not, NaN where undecided."""
-        return (self.ratio.above() if self.way == "above" else self.ratio.below()).ravel()
+        return (self.ratio.above() if self.side == "above" else self.ratio.below()).ravel()
 
     @property
     def counted(self) -> str:
         """How many are on that side."""
-        return _count(self.checks, f"{self.way} 1")
+        return _count(self.checks, f"{self.side} 1")
 
 
 def comparisons(claim: str, numbers: xr.Dataset) -> list[Comparison]:
@@ -401,13 +401,13 @@ def _of_impacts(numbers: xr.Dataset) -> Iterator[Comparison]:
         "clearance": ("with clearance, where there are impacts", "below"),
         "ideal": ("ideal joints", "above"),
     }
-    for joints, (text, way) in texts.items():
+    for joints, (text, side) in texts.items():
         for window in numbers.window.values:
             one = numbers.sel(joints=joints, window=window).transpose("panel", ...)
             ratio = _ratio(one, "peak_force", elastic, {"links": "rigid"})
             if joints == "clearance":
                 ratio = ratio[one.impacts.sel(links="rigid").values > 0]
-            yield Comparison(text, _plain(window), ratio, way)
+            yield Comparison(text, _plain(window), ratio, side)
 
 
 def _of_deflection(numbers: xr.Dataset) -> Iterator[Comparison]:
@@ -436,8 +436,8 @@ def _graded_peaks(numbers: xr.Dataset) -> tuple[np.ndarray, str]:
         )
     values = np.concatenate([one.checks for one in rows])
     panels = ", ".join(map(str, numbers.panel.values))
-    told = "; ".join(f"{text} {', '.join(windows)}" for text, windows in parts.items())
-    return values, f"clearance over ideal, panels {panels}: {told} ({_count(values, 'above 1')})"
+    ratios = "; ".join(f"{text} {', '.join(windows)}" for text, windows in parts.items())
+    return values, f"clearance over ideal, panels {panels}: {ratios} ({_count(values, 'above 1')})"
 
 
 def _graded_by_comparison(claim: str, head: str, numbers: xr.Dataset) -> tuple[np.ndarray, str]:

@@ -193,9 +193,9 @@ def _scenes(cells: list[dict[str, Any]]):
 
 def _dataset(panels: list[str], names: list[str], answers: list[dict[str, Any]]) -> xr.Dataset:
     shape = (len(panels), len(names))
-    told = [answer | {"cell_status": answer["status"]} for answer in answers]
+    rows = [answer | {"cell_status": answer["status"]} for answer in answers]
     cells = {name: OUTPUTS.variables[name] for name in (*NUMBERS, "cell_status", "trouble")}
-    values = columns(cells, told, shape) | of_panels(panels)
+    values = columns(cells, rows, shape) | of_panels(panels)
     values["status"] = first_bad(answers)
     cut = np.stack([_last_points(answer) for answer in answers]).reshape(*shape, POINTS, 2)
     values |= {"section_x": cut[..., 0], "section_y": cut[..., 1], "point": np.arange(POINTS)}

@@ -224,8 +224,8 @@ def dataset(
     values |= {"truth_own_difference": truth.own_difference, "truth_difference": difference}
     values["truth_confirmed"] = np.int8(difference <= CONFIRMED)
     values["truth_events"] = np.int64(len(truth.outcome.events))
-    told = {"truth_confirmed_by": by or "none", "not_installed": ", ".join(absent) or "none"}
-    return OUTPUTS.dataset(values, turns=turns, truth_tolerance=rtol, **told)
+    attributes = {"truth_confirmed_by": by or "none", "not_installed": ", ".join(absent) or "none"}
+    return OUTPUTS.dataset(values, turns=turns, truth_tolerance=rtol, **attributes)
 
 
 def confirming(of: dict[str, list[Row]]) -> tuple[str, float]:

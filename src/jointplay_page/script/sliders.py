@@ -320,7 +320,7 @@ def rule_of(added: np.ndarray, series: np.ndarray, value: float, allowed: tuple[
             break
         k = np.linalg.lstsq((products / sizes).T, series - plus, rcond=1e-12)[0] / sizes[:, 0]
         if close(plus + k @ products, series, allowed[0]):
-            told = np.abs(k) * sizes[:, 0] > EXACT * np.linalg.norm(series)
-            return [(k[n].item(), *sets[n]) for n in np.flatnonzero(told)]
+            mask = np.abs(k) * sizes[:, 0] > EXACT * np.linalg.norm(series)
+            return [(k[n].item(), *sets[n]) for n in np.flatnonzero(mask)]
     rough = allowed[1] and value and np.all(times / series > 0) and near(times, series)
     return "times" if rough else None

@@ -216,8 +216,8 @@ def _translated(structure: Linkage | Oscillator, keys: tuple[str, ...], start: A
     if not sizes["planned"]:
         text = algebra.text(sizes["positions"], sizes["speeds"])
         parts["functions"].append(Text.of(text, "algebra"))
-    if beside := wall_unit(structure):
-        parts["functions"].append(imported(f"jointplay.solver.method.{beside}"))
+    if wall := wall_unit(structure):
+        parts["functions"].append(imported(f"jointplay.solver.method.{wall}"))
     handed = []
     for name, fields in (("functions", Functions._fields), ("variations", Variations._fields)):
         known = {field: unit for unit in parts[name] for field in fields if field in unit.functions}

@@ -108,9 +108,9 @@ def boundary(dataset: Dataset) -> str:
     return f"Boundary's dimension {with_error(float(dataset['boundary_dimension']), error)}"
 
 
-def fits(_: Any, asked: Mapping[str, Any]) -> Iterator[Problem]:
+def fits(_: Any, settings: Mapping[str, Any]) -> Iterator[Problem]:
     """Yield the problem of a study without a plane."""
-    if "plane" not in asked:
+    if "plane" not in settings:
         yield Problem("figure.kind", "field", "it is accepted where analysis.plane is given")
 
 

@@ -69,10 +69,10 @@ def bifurcation(
     separations : bool
         Draw below how often contact is lost, at the joint where that is most.
     """
-    marked, asked = lines(limits), {"period": period, "separations": separations}
+    marked, switches = lines(limits), {"period": period, "separations": separations}
     part, name = sweep_axes.one_parameter(sweep_axes.chosen(dataset, direction, start), at)
     rows = ["points", *["exponent"] * (sweep_axes.exponents(part) is not None)]
-    rows += [row for row, given in asked.items() if select.switch(row, given)]
+    rows += [row for row, given in switches.items() if select.switch(row, given)]
     figure = style.sheet(180.0, 52.0 + 34.0 * len(rows))
     heights = [ROWS[row] for row in rows]
     axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]

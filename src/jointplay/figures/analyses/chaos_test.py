@@ -50,8 +50,8 @@ def indicator_panel(ax: Axes, dataset: Dataset) -> None:
     ax.set(ylim=(min(lowest, 0.0) - MARGIN, 1 + MARGIN))
     ax.set(xlabel="Frequency c (rad per sample)", ylabel="K")
     verdict = codes.words(dataset["verdict"]).item()
-    told = f"median {median:.2f}: {verdict}" if np.isfinite(median) else verdict
-    artists.heading(ax, told.replace("-", "\N{MINUS SIGN}"))
+    text = f"median {median:.2f}: {verdict}" if np.isfinite(median) else verdict
+    artists.heading(ax, text.replace("-", "\N{MINUS SIGN}"))
 
 
 def walk_panel(ax: Axes, dataset: Dataset) -> None:

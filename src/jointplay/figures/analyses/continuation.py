@@ -95,10 +95,10 @@ def continuation(
     return artists.finish(figure, dataset)
 
 
-def stretch(asked: Any) -> tuple[float, ...]:
+def stretch(value: Any) -> tuple[float, ...]:
     """Return the ends of the stretch to be enlarged; none where none is asked for."""
     return (
-        () if asked is None else select.numbers("detail", asked, 2, "two increasing values of the parameter")
+        () if value is None else select.numbers("detail", value, 2, "two increasing values of the parameter")
     )
 
 
@@ -229,8 +229,8 @@ def curve(
     stable = np.insert(stable, breaks, False)
     there = np.isfinite(x) & np.isfinite(y)
     loose = there & (~stable | (artists.neighbours(~stable & there) & there))  # both kinds share a point
-    for where, way in ((loose, UNSTABLE), (there & stable, STABLE)):
-        ax.plot(np.where(where, x, np.nan), np.where(where, y, np.nan), **(way | look))
+    for where, dash in ((loose, UNSTABLE), (there & stable, STABLE)):
+        ax.plot(np.where(where, x, np.nan), np.where(where, y, np.nan), **(dash | look))
 
 
 def moduli(ax: Axes, dataset: Dataset, frame: Frame) -> None:
@@ -254,8 +254,8 @@ def explain(figure: Figure, dataset: Dataset, over: bool = False) -> None:
     handles = [
         artists.sample(color=COLOURS[int(np.log2(t)) % len(COLOURS)], label=f"period {t:g}") for t in turns
     ]
-    ways = {"stable": STABLE, "unstable": UNSTABLE}
-    handles += [artists.sample(color=style.GREY, label=word, **way) for word, way in ways.items()]
+    dashes = {"stable": STABLE, "unstable": UNSTABLE}
+    handles += [artists.sample(color=style.GREY, label=word, **dash) for word, dash in dashes.items()]
     kinds = codes.flags(dataset["special_kind"])
     for code in np.unique(dataset["special_kind"].values):
         shape, name = MARKS[kinds[int(code)]]

@@ -18,9 +18,9 @@ FIT = {"color": style.AMBER, "linewidth": 1.6, "linestyle": (0, (4, 1.5))}
 LEVEL = {"color": style.BLUE, "linewidth": 0.8, "linestyle": (0, (1.5, 1.5))}
 
 
-def fits(_: Any, asked: Mapping[str, Any]) -> Iterator[Problem]:
+def fits(_: Any, settings: Mapping[str, Any]) -> Iterator[Problem]:
     """Yield the problem of a study without neighbours."""
-    if not asked.get("neighbours", "plane" not in asked):
+    if not settings.get("neighbours", "plane" not in settings):
         yield Problem("figure.kind", "divergence", "it is accepted where analysis.neighbours is given")
 
 

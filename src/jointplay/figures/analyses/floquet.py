@@ -80,8 +80,8 @@ def table(ax: Axes, dataset: Dataset) -> None:
         lost = float(np.hypot(a, b)) < LOST
         sign = "+" if b > 0 else "\N{MINUS SIGN}"
         shown = f"{plain(a, 5)} {sign} {plain(abs(b), 5)}i" if b else plain(a, 5)
-        told = (BELOW, BELOW, DASH) if lost else (shown, plain(float(np.hypot(a, b)), 5), plain(exponent, 5))
-        rows.append((f"$\\mu_{{{number}}}$", *told))
+        texts = (BELOW, BELOW, DASH) if lost else (shown, plain(float(np.hypot(a, b)), 5), plain(exponent, 5))
+        rows.append((f"$\\mu_{{{number}}}$", *texts))
     lines(ax, rows[: LISTED + 1], COLUMNS, (TOP, ROW), remarks(dataset), 1.5)
 
 

@@ -24,15 +24,15 @@ def gradient(dataset: Dataset) -> Figure:
     """
     select.require(dataset, "gradient", ("relative_sensitivity", "derivative", "parameter_name"))
     shown = dataset["relative_sensitivity"]
-    told = np.flatnonzero(np.isfinite(shown.values).any(axis=1))[:WIDE]
-    figure = style.sheet(NAMES + 33.5 * max(len(told), 1), HEAD + ROW * dataset.sizes["parameter"])
-    axes = figure.subplots(1, max(len(told), 1), sharey=True, squeeze=False)[0]
-    if not len(told):
+    indices = np.flatnonzero(np.isfinite(shown.values).any(axis=1))[:WIDE]
+    figure = style.sheet(NAMES + 33.5 * max(len(indices), 1), HEAD + ROW * dataset.sizes["parameter"])
+    axes = figure.subplots(1, max(len(indices), 1), sharey=True, squeeze=False)[0]
+    if not len(indices):
         artists.say(axes[0], "No relative sensitivity is known")
         return artists.finish(figure, dataset)
-    sizes = np.nan_to_num(np.abs(shown.values[told])).max(axis=0)
+    sizes = np.nan_to_num(np.abs(shown.values[indices])).max(axis=0)
     order, rows = np.argsort(-sizes, kind="stable"), np.arange(len(sizes))
-    for ax, i in zip(axes, told, strict=False):
+    for ax, i in zip(axes, indices, strict=False):
         size = shown.values[i][order]
         with np.errstate(invalid="ignore", divide="ignore"):
             share = (dataset["error"] / abs(dataset["derivative"])).values[i][order]

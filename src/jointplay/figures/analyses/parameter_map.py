@@ -31,11 +31,11 @@ SMALL, LOWER = 7, 1.1  # pt: numbers of the classes, and by how much they are lo
 REST = 98  # percentile of absolute values that the colours reach
 
 
-def fits(options: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[Problem]:
+def fits(options: Mapping[str, Any], settings: Mapping[str, Any]) -> Iterator[Problem]:
     """Yield the problems of a study without two parameters."""
-    if len(asked["over"]) != 2:
+    if len(settings["over"]) != 2:
         yield Problem("figure.kind", "parameter_map", "accepted only where two parameters vary")
-    yield from sweep_axes.fits(options, asked)
+    yield from sweep_axes.fits(options, settings)
 
 
 @picture(least=140, over=2, fits=fits)
@@ -79,8 +79,8 @@ def parameter_map(
     rows = -(-len(wanted) // columns)
     figure = style.sheet(180.0 if columns > 1 else 88.0, 78.0 * rows)
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    told = zip(axes, wanted, artists.letters(len(wanted)), strict=False)
-    for number, (ax, name, letter) in enumerate(told):
+    panels = zip(axes, wanted, artists.letters(len(wanted)), strict=False)
+    for number, (ax, name, letter) in enumerate(panels):
         array = part[name]
         for dim in NUMBERED:
             if dim in array.dims:
@@ -104,11 +104,11 @@ def parameter_map(
 
 def mapped(dataset: Dataset, names: Sequence[str]) -> list[str]:
     """Return the variables that have one number a point of the sweep."""
-    beside = {*names, *sweep_axes.SWEEPS, "joint", *NUMBERED}
+    allowed = {*names, *sweep_axes.SWEEPS, "joint", *NUMBERED}
     return [
         str(name)
         for name, array in dataset.data_vars.items()
-        if set(names) <= set(array.dims) <= beside and array.dtype.kind in "fiu" and name != "cell_status"
+        if set(names) <= set(array.dims) <= allowed and array.dtype.kind in "fiu" and name != "cell_status"
     ]
 
 
@@ -142,8 +142,8 @@ def panel(ax: Axes, dataset: Dataset, array: DataArray, names: Sequence[str], le
         corners = mesh.get_coordinates()
         with hatched() as look:
             ax.pcolor(corners[..., 0], corners[..., 1], cells, rasterized=True, **look)
-    told = f"{letter} {label}".lstrip()
-    bar = ax.figure.colorbar(mesh, ax=ax, location="top", extend=extend, label=told, pad=0.02)
+    text = f"{letter} {label}".lstrip()
+    bar = ax.figure.colorbar(mesh, ax=ax, location="top", extend=extend, label=text, pad=0.02)
     if colours is classes:
         bar.set_ticks(range(1, LONGEST + 3), labels=[*map(str, range(1, LONGEST + 1)), f">{LONGEST}", "0"])
         bar.ax.tick_params(length=0, labelsize=SMALL, pad=rcParams["xtick.major.pad"] + LOWER)

@@ -84,10 +84,10 @@ def curve(ax: Axes, x: np.ndarray, y: np.ndarray, **look) -> Line2D:
 
 def neighbours(mask: np.ndarray) -> np.ndarray:
     """Return which samples stand directly before or after a marked one."""
-    beside = np.zeros_like(mask)
-    beside[:-1] |= mask[1:]
-    beside[1:] |= mask[:-1]
-    return beside
+    adjacent = np.zeros_like(mask)
+    adjacent[:-1] |= mask[1:]
+    adjacent[1:] |= mask[:-1]
+    return adjacent
 
 
 def path(

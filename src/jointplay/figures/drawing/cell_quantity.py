@@ -53,8 +53,8 @@ def cell_values(dataset: Dataset, quantity: str | None, at: dict[str, Any]) -> D
     at_first, title_first = (outputs.variables[name].at, outputs.shown[name]) if outputs else ({}, "")
     array = numbers(dataset, name, modulus=COMPLEX not in at)
     own = [str(dim) for dim in array.dims if dim not in varied(dataset)]
-    asked = {dim: entry for dim, entry in at.items() if dim not in varied(dataset)}
-    entries = {dim: e for dim, e in {**ENTRIES, **at_first}.items() if dim in own} | asked
+    requested = {dim: entry for dim, entry in at.items() if dim not in varied(dataset)}
+    entries = {dim: e for dim, e in {**ENTRIES, **at_first}.items() if dim in own} | requested
     refuse_wrong(array, own, entries)
     found = {"value": array} | spread(dataset, name, array, entries)
     for dim in own:

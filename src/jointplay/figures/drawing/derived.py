@@ -24,8 +24,8 @@ class Sheet(Figure):
     def savefig(self, fname, **options) -> None:
         """Save as `matplotlib.figure.Figure.savefig` does, without a date and at journal resolution."""
         form = (options.get("format") or Path(str(fname)).suffix.lstrip(".") or "png").lower()
-        if told := UNDATED.get(form, {}) | (options.pop("metadata", None) or {}):
-            options["metadata"] = told
+        if metadata := UNDATED.get(form, {}) | (options.pop("metadata", None) or {}):
+            options["metadata"] = metadata
         if form not in VECTORS:
             options.setdefault("dpi", PREVIEW_DPI)
         with self.style():

@@ -36,8 +36,8 @@ def course(
     colour = line.get_color()
     low, high = -widest(-np.fmin(y, low)), widest(np.fmax(y, high))
     name = str(look.get("label", "_"))
-    told = BAND if name.startswith("_") else f"{name}: lowest\nto highest"
-    look = {"facecolor": colour, "alpha": 0.3, "linewidth": 0.0, "label": told}
+    label = BAND if name.startswith("_") else f"{name}: lowest\nto highest"
+    look = {"facecolor": colour, "alpha": 0.3, "linewidth": 0.0, "label": label}
     ax.fill_between(x, low, high, where=few, **look)
     for edge in (low, high):
         artists.curve(ax, x, np.where(few, edge, np.nan), color=colour, linestyle="-", linewidth=0.4)

@@ -62,25 +62,25 @@ def chosen(dataset: Dataset, direction: str | None, start: int | None) -> Datase
 
 def motions(dataset: Dataset) -> list[tuple[Dataset, dict]]:
     """Return each direction and start of a sweep with its line style, in the order of drawing."""
-    ways, found = select.labels(dataset, "direction"), []
+    directions, found = select.labels(dataset, "direction"), []
     starts = dataset.sizes.get("start", 1)
-    several = len(ways) * starts > 1
-    for way in sorted(ways, key=ORDER.index):
+    several = len(directions) * starts > 1
+    for direction in sorted(directions, key=ORDER.index):
         for s in reversed(range(starts)):
-            one = dataset.sel(direction=way)
+            one = dataset.sel(direction=direction)
             one = one.isel(start=s) if "start" in one.dims else one
-            look = dict(LOOKS[way]) if len(ways) > 1 else {"color": style.BLACK, "label": ""}
-            if len(ways) == 1 and starts > 1:
+            look = dict(LOOKS[direction]) if len(directions) > 1 else {"color": style.BLACK, "label": ""}
+            if len(directions) == 1 and starts > 1:
                 number = int(dataset["start"].values[s])
                 look = {"color": STARTS[number % len(STARTS)], "label": f"start {number}"}
             look["size"] = 1.6 if several and not found else 1.0  # seen around those drawn over it
-            found.append((one, look | ({"label": "_"} if len(ways) > 1 and s else {})))
+            found.append((one, look | ({"label": "_"} if len(directions) > 1 and s else {})))
     return found
 
 
-def fits(options: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[Problem]:
+def fits(options: Mapping[str, Any], settings: Mapping[str, Any]) -> Iterator[Problem]:
     """Yield the problems of a figure's direction and quantity, by the study's own."""
-    for key, known in (("direction", asked["direction"]), ("quantity", asked["recorded"])):
+    for key, known in (("direction", settings["direction"]), ("quantity", settings["recorded"])):
         if key in options and known and options[key] not in known:
             yield unknown(f"figure.{key}", options[key], options[key], known, key)
 

@@ -94,10 +94,10 @@ def bases(dataset: Dataset, times: np.ndarray, axis, usual=("time", "turns")) ->
 
 def axis_names(axis) -> list[str]:
     """Return one or two names of time axes."""
-    asked = [axis] if isinstance(axis, str) else list(axis) if isinstance(axis, list | tuple) else []
-    if not 1 <= len(asked) <= 2:
+    names = [axis] if isinstance(axis, str) else list(axis) if isinstance(axis, list | tuple) else []
+    if not 1 <= len(names) <= 2:
         raise select.refuse("axis", axis, "one or two of: " + ", ".join(AXES))
-    return [select.choice("axis", name, AXES) for name in asked]
+    return [select.choice("axis", name, AXES) for name in names]
 
 
 def window(dataset: Dataset, turns_asked=None, time_asked=None) -> Dataset:
@@ -122,27 +122,27 @@ def window(dataset: Dataset, turns_asked=None, time_asked=None) -> Dataset:
     return cut(dataset, "turns", turns_asked, (count >= start - slack) & (count <= stop + slack))
 
 
-def time_limits(asked) -> tuple[float, ...]:
+def time_limits(value) -> tuple[float, ...]:
     """Return the first and last time of a window, in s."""
-    return select.numbers("time", asked, 2, "two increasing numbers, in s")
+    return select.numbers("time", value, 2, "two increasing numbers, in s")
 
 
-def turn_limits(asked, last: float) -> tuple[float, float]:
+def turn_limits(value, last: float) -> tuple[float, float]:
     """Return the first and last turn of a window."""
-    if isinstance(asked, list | tuple):
-        return select.numbers("turns", asked, 2, "a number of turns, or [first, last]")
-    (count,) = select.numbers("turns", asked, 1, "a number of turns, or [first, last]")
+    if isinstance(value, list | tuple):
+        return select.numbers("turns", value, 2, "a number of turns, or [first, last]")
+    (count,) = select.numbers("turns", value, 1, "a number of turns, or [first, last]")
     if count <= 0:
-        raise select.refuse("turns", asked, "a number of turns greater than 0")
+        raise select.refuse("turns", value, "a number of turns greater than 0")
     return last - count, last
 
 
-def cut(dataset: Dataset, option: str, asked, inside: np.ndarray) -> Dataset:
+def cut(dataset: Dataset, option: str, value, inside: np.ndarray) -> Dataset:
     """Return the samples `inside`; a window without samples is an error that names the recorded times."""
     if not inside.any():
         times = dataset["time"].values
         raise select.refuse(
-            option, asked, f"a window that meets the recorded {times[0]:.6g} to {times[-1]:.6g} s"
+            option, value, f"a window that meets the recorded {times[0]:.6g} to {times[-1]:.6g} s"
         )
     return dataset.isel(time=np.flatnonzero(inside))
 

@@ -53,16 +53,16 @@ def still(ax: Axes) -> symbols.Artists:
     return block(ax, np.zeros(len(CORNERS)))
 
 
-def places(ways: np.ndarray) -> np.ndarray:
+def places(shifts: np.ndarray) -> np.ndarray:
     """Corners on the panel, shape (4, 2), from progress towards their faces, in clearances, shape (4,)."""
-    return SIDES * np.stack([np.full(ways.shape, LONG), TALL + ways], -1)
+    return SIDES * np.stack([np.full(shifts.shape, LONG), TALL + shifts], -1)
 
 
-def block(ax: Axes, ways: np.ndarray) -> symbols.Artists:
+def block(ax: Axes, shifts: np.ndarray) -> symbols.Artists:
     """Draw the block with its height cut."""
     from matplotlib.patches import Polygon
 
-    corners = places(ways)
+    corners = places(shifts)
     box = {"facecolor": symbols.BODY, "edgecolor": symbols.DARK, "linewidth": 0.8, "zorder": 4}
     found = [ax.add_patch(Polygon(corners[OUTLINE], **box))]
     x = np.linspace(-LONG - 0.25, LONG + 0.25, 21)
@@ -90,8 +90,8 @@ def scales(joint: Joint, across: float, along: float) -> str:
 
 def moment(ax: Axes, loose, i: int, first: int) -> symbols.Artists:
     """Draw the block at a sample, its corners marked by their modes."""
-    found = block(ax, loose.ways[i])
-    for (x, y), mode in zip(places(loose.ways[i]), loose.modes[i], strict=True):
+    found = block(ax, loose.shifts[i])
+    for (x, y), mode in zip(places(loose.shifts[i]), loose.modes[i], strict=True):
         found += ax.plot(x, y, **mark(mode))
     return found
 
@@ -111,4 +111,4 @@ def legend(modes: set[str]) -> list[Line2D]:
 
 def spots(loose, i: int) -> np.ndarray:
     """Places of contacts, shape (4, 2)."""
-    return places(loose.ways[i])
+    return places(loose.shifts[i])

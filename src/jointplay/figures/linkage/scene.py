@@ -142,8 +142,8 @@ class Scene:
         slides = {}
         for joint in self.mechanism.joints:
             if joint.prismatic:
-                ways = [slide(self.pose(i), joint) for i in range(self.times.size)]
-                slides[joint.name] = (min(ways), max(ways))
+                positions = [slide(self.pose(i), joint) for i in range(self.times.size)]
+                slides[joint.name] = (min(positions), max(positions))
         return Sketch(self.mechanism, MM, slides)
 
     @cached_property
@@ -239,7 +239,7 @@ class Loose:
         return np.stack([self._of("journal_x"), self._of("journal_y")], -1) / self.joint.clearance
 
     @cached_property
-    def ways(self) -> np.ndarray:
+    def shifts(self) -> np.ndarray:
         """Progress of corners towards their faces, in clearances, shape (time, 4)."""
         poses = map(self.scene.pose, range(self.scene.times.size))
         angles = np.array([pose.direction(self.joint.bearing) for pose in poses])

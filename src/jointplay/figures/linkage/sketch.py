@@ -245,8 +245,8 @@ def gravity(ax: Axes, mechanism: Mechanism, points: np.ndarray) -> None:
     frame += ScaledTranslation(*free, ax.transAxes) + ScaledTranslation(*inward, ax.figure.dpi_scale_trans)
     look = symbols.HEAD | {"color": style.GREY, "transform": frame}
     ax.add_patch(FancyArrowPatch(-3 * towards, 3 * towards, **look))
-    beside = 2.2 * np.array([towards[1], -towards[0]])
-    ax.text(*beside, "$g$", transform=frame, color=style.GREY, ha="center", va="center")
+    offset = 2.2 * np.array([towards[1], -towards[0]])
+    ax.text(*offset, "$g$", transform=frame, color=style.GREY, ha="center", va="center")
 
 
 @dataclass
@@ -272,8 +272,8 @@ class Names:
     def around(self, point, text: str, away: float = 4.0, **look) -> None:
         """Write a name around a point."""
         half = LETTER * (len(text) - 1) / 2
-        ways = [((r * away + half) * np.cos(a), r * away * np.sin(a)) for r in RINGS for a in AROUND]
-        self._best([(point, np.array(way), 0.0) for way in ways], text, look)
+        offsets = [((r * away + half) * np.cos(a), r * away * np.sin(a)) for r in RINGS for a in AROUND]
+        self._best([(point, np.array(offset), 0.0) for offset in offsets], text, look)
 
     def along(self, ends, text: str, away: float = 3.2, **look) -> None:
         """Write a name along a line, on one of its sides."""
@@ -282,8 +282,8 @@ class Names:
         across = np.array([-course[1], course[0]]) / np.hypot(*course)
         turn = (np.rad2deg(np.arctan2(course[1], course[0])) + 90) % 180 - 90
         shares = (0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74)
-        ways = [side * r * away * across for r in RINGS for side in (1, -1)]
-        places = [(first + s * (last - first), way, turn) for s in shares for way in ways]
+        offsets = [side * r * away * across for r in RINGS for side in (1, -1)]
+        places = [(first + s * (last - first), offset, turn) for s in shares for offset in offsets]
         self._best(places, text, {"rotation": turn, "rotation_mode": "anchor"} | look)
 
     def _best(self, places, text: str, look: dict) -> None:

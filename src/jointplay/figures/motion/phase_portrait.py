@@ -151,29 +151,29 @@ def poincare_section(
     axes = figure.subplots(*((count, 1) if upright else (1, count)), squeeze=False).ravel()
     if orbit:
         journal_points(axes[0], part, joint, zoom, counted(part))
-    told = "" if orbit else counted(part)
+    text = "" if orbit else counted(part)
     one = orbit and repeated(part, select.label(part, "joint", joint))[0] == 1
-    variable_points(axes[-1], part, x, y, link, joint, told, one, (xlim, ylim))
+    variable_points(axes[-1], part, x, y, link, joint, text, one, (xlim, ylim))
     artists.letter(axes)
     return artists.finish(figure, dataset)
 
 
-def crossings(dataset: Dataset, asked) -> Dataset:
+def crossings(dataset: Dataset, turns) -> Dataset:
     """Return the crossings inside a window; a dataset without a section is an error."""
     expected = "a result with a section: a study of kind section has one"
     select.require(dataset, "poincare_section", ["turn"], expected)
     count = dataset.sizes["turn"]
-    if asked is None or not count:
+    if turns is None or not count:
         return dataset
     expected = "a number of crossings greater than 0, or [first, last]"
-    if isinstance(asked, list | tuple):
-        first, last = select.numbers("turns", asked, 2, expected)
+    if isinstance(turns, list | tuple):
+        first, last = select.numbers("turns", turns, 2, expected)
     else:
-        (wanted,) = select.numbers("turns", asked, 1, expected)
+        (wanted,) = select.numbers("turns", turns, 1, expected)
         first, last = count - wanted, count - 1
     part = dataset.isel(turn=slice(max(int(np.ceil(first)), 0), max(int(last) + 1, 0)))
     if not part.sizes["turn"]:
-        raise select.refuse("turns", asked, f"{expected}, among the {count} that there are, counted from 0")
+        raise select.refuse("turns", turns, f"{expected}, among the {count} that there are, counted from 0")
     return part
 
 
@@ -220,10 +220,10 @@ def variable_points(
     (xs, x_unit), (ys, y_unit) = artists.displayed(one), artists.displayed(two)
     artists.cloud(ax, xs, ys)
     artists.roomy(ax, xs, ys, single)
-    for way, asked, unit in zip("xy", ends, (x_unit, y_unit), strict=True):
-        if asked is not None and not style.same_sheet():  # on a sheet the axes of all are one
-            low, high = select.numbers(f"{way}lim", asked, 2, "two increasing numbers")
-            getattr(ax, f"set_{way}lim")(low * unit.factor, high * unit.factor)
+    for axis, limits, unit in zip("xy", ends, (x_unit, y_unit), strict=True):
+        if limits is not None and not style.same_sheet():  # on a sheet the axes of all are one
+            low, high = select.numbers(f"{axis}lim", limits, 2, "two increasing numbers")
+            getattr(ax, f"set_{axis}lim")(low * unit.factor, high * unit.factor)
     artists.name_axes(ax, one, x_unit, two, y_unit)
     ax.set_box_aspect(1)
     explain(ax, xs, ys, count)
@@ -232,8 +232,8 @@ def variable_points(
 def over_clearance(dataset: Dataset, one: DataArray) -> DataArray:
     """Return the eccentricity over the clearance: results of different clearances have its axis in common."""
     edge = bearing_edge(dataset, one)
-    told = {"units": "1", "long_name": "eccentricity over clearance"}
-    return (one / edge).rename("eccentricity_ratio").assign_attrs(told) if edge else one
+    attrs = {"units": "1", "long_name": "eccentricity over clearance"}
+    return (one / edge).rename("eccentricity_ratio").assign_attrs(attrs) if edge else one
 
 
 def explain(ax: Axes, x: np.ndarray, y: np.ndarray, count: str) -> None:

@@ -122,10 +122,10 @@ def chosen(dataset: Dataset, variables, **labelled: str | None) -> list[DataArra
         known = [name for name in DEFAULTS if name in dataset and dataset[name].size]
         states = select.labels(dataset, "state") if known[:1] == ["state_value"] else []
         variables = states[:MOST] or known[:1] or select.names(dataset, "time")[:1]
-    asked = [variables] if isinstance(variables, str) else list(variables)
-    if not asked:
+    names = [variables] if isinstance(variables, str) else list(variables)
+    if not names:
         raise select.refuse("variables", variables, "the name of a variable over time, or several")
-    arrays = [select.variable(dataset, name) for name in asked]
+    arrays = [select.variable(dataset, name) for name in names]
     for dim, label in labelled.items():
         if label is not None:
             select.choice(dim, label, select.labels(dataset, dim))
