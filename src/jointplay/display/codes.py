@@ -71,7 +71,7 @@ def counted(names: np.ndarray) -> str:
     return ", ".join(f"{counts[i]} {found[i]}" for i in order)
 
 
-def told(words: np.ndarray, axes: Sequence[DataArray]) -> str:
+def tally(words: np.ndarray, axes: Sequence[DataArray]) -> str:
     """Return counts of the words of cells, the most frequent first, with the places of all but the first.
 
     Parameters

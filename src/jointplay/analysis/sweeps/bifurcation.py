@@ -197,9 +197,9 @@ def _told(dataset: xr.Dataset) -> list[str]:
     names = _sweep_names(words, beside)
     axes = [dataset[dim] for dim in dims]
     if all(np.array_equal(stacked[0], other) for other in stacked[1:]):
-        return [*lines, codes.told(stacked[0], axes), *_windows(stacked[0], axes)]
+        return [*lines, codes.tally(stacked[0], axes), *_windows(stacked[0], axes)]
     for name, each in zip(names, stacked, strict=True):
-        lines += [f"{name}: {line}" for line in (codes.told(each, axes), *_windows(each, axes))]
+        lines += [f"{name}: {line}" for line in (codes.tally(each, axes), *_windows(each, axes))]
     if (differ := _differ(stacked)).any():
         at = f"at {np.count_nonzero(differ)} of {differ.size} values{codes.places(differ, axes)}"
         lines.append(f"motions coexist {at}")

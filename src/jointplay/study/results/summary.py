@@ -109,7 +109,7 @@ def over_cells(dataset: xr.Dataset, outputs: Outputs) -> str:
     if outputs.verdict:
         words = outputs.words(dataset).transpose(*dims).values.astype(object)
         words[~good] = codes.FAILED
-        lines.append(codes.told(words.astype(str), [dataset[dim] for dim in dims]))
+        lines.append(codes.tally(words.astype(str), [dataset[dim] for dim in dims]))
     if name := outputs.in_sweep(dataset):
         lines += _ends(dataset, outputs, name, dims)
     return "\n".join(lines or [f"{good.size} values, all ok"])
