@@ -108,7 +108,7 @@ def _interrupted(how: str = "run the same command again to start over") -> int:
 
 def _leave() -> None:
     """End the process, where compiled code goes on after Ctrl-C: no file is ever there in part."""
-    interrupts.told("interrupted: run the same command again")
+    interrupts.write_line("interrupted: run the same command again")
     os._exit(INTERRUPTED)
 
 

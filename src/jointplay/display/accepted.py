@@ -175,11 +175,11 @@ class _Spot:
         if one in (bool, str):
             text = f"a {extra['noun']}, as text," if extra.get("noun") else "text"
             return "true or false" if one is bool else text
-        told = ["…" if part is ... else self._inside(part).values().removesuffix(",") for part in parts]
+        items = ["…" if part is ... else self._inside(part).values().removesuffix(",") for part in parts]
         if form in _TABLES:
-            return f"a table {{ name = {told[1] or '…'}; … }}"
+            return f"a table {{ name = {items[1] or '…'}; … }}"
         if form in _LISTS:
-            return f"a list [{'; '.join(filter(None, told))}{'; …' * (form is not tuple)}]"
+            return f"a list [{'; '.join(filter(None, items))}{'; …' * (form is not tuple)}]"
         kinds = " or ".join(map(repr, self.kinds()))
         words = ", ".join(self.keys()) if one else f"kind {kinds}" if kinds else ""
         return f"a table of {words}" if words else "an empty table" * hasattr(one, "model_fields")
@@ -283,14 +283,14 @@ def descriptions(documented: Any) -> dict[str, str]:
 def with_parameters(doc: str | None, *more: type) -> str:
     """A docstring extended by the parameters of classes, except any that it describes itself."""
     text = cleandoc(doc or "")
-    known, told = {*_parameters(text)}, ""
+    known, added = {*_parameters(text)}, ""
     for names, kind, about in (each for one in more for each in _paragraphs(getdoc(one) or "")):
         left = [name for name in names.split(", ") if name not in known]
-        told += f"\n{', '.join(left)}{kind}\n{about.rstrip()}" if left else ""
+        added += f"\n{', '.join(left)}{kind}\n{about.rstrip()}" if left else ""
         known |= {*left}
     before, head, after = text.partition(_HEAD)
     own, gap, rest = after.partition("\n\n")
-    return before + head + own + told + gap + rest
+    return before + head + own + added + gap + rest
 
 
 def with_returns(doc: str | None, given: str) -> str:

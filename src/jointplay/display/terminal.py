@@ -85,8 +85,8 @@ def requested_progress(progress: Any, name: str) -> Iterator[Any]:
     """
     left_out = progress is None and not _telling.get() and _looked_on()
     shown = Progress(name, patience=WAIT if left_out else 0.0) if left_out or progress is True else None
-    with held(_telling, True), shown or nullcontext(None if isinstance(progress, bool) else progress) as told:
-        yield told
+    with held(_telling, True), shown or nullcontext(None if isinstance(progress, bool) else progress) as hook:
+        yield hook
 
 
 def _looked_on() -> bool:

@@ -101,7 +101,7 @@ def _guard(reader: int, answered: threading.Event, over: threading.Event, leave:
     os.close(reader)
 
 
-def told(text: str) -> None:
+def write_line(text: str) -> None:
     """Write a last line to standard error, which may be closed, past all that is buffered."""
     with suppress(OSError, AttributeError, ValueError):
         sys.stderr.flush()

@@ -214,8 +214,8 @@ class Study(OfKind):
     def _keywords_in_their_units(cls, given: Any, info: ValidationInfo) -> Any:
         if not isinstance(given, Mapping):
             return given
-        told = cls._completed(in_own_units(info.data.get("mechanism"), given), info)
-        return {key: value for key, value in told.items() if key not in ELSEWHERE or key in given}
+        keywords = cls._completed(in_own_units(info.data.get("mechanism"), given), info)
+        return {key: value for key, value in keywords.items() if key not in ELSEWHERE or key in given}
 
     @classmethod
     def _completed(cls, given: Mapping[str, Any], info: ValidationInfo) -> dict[str, Any]:
@@ -242,14 +242,14 @@ class Study(OfKind):
         return getattr(self.row.function, "bounds", set())
 
     @cached_property
-    def asked(self) -> tuple[list[Problem], Callable[..., Any]]:
+    def checked(self) -> tuple[list[Problem], Callable[..., Any]]:
         """Problems of keywords that do not fit together, and the analysis with these keywords."""
         return self.row.function.asked(self.keywords() | {"mechanism": self.mechanism})
 
     def model_copy(self, **how: Any) -> Self:
         """A copy with other values, of which the analysis has not been asked."""
         copied = super().model_copy(**how)
-        copied.__dict__.pop("asked", None)
+        copied.__dict__.pop("checked", None)
         return copied
 
     def __getstate__(self) -> dict[Any, Any]:
@@ -258,13 +258,13 @@ class Study(OfKind):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        asked = (self.row, self.mechanism, self.keywords(), self.vary, self.figure)
-        raise_any([*self._broken_rules(), *figure_problems(*asked)])
+        arguments = (self.row, self.mechanism, self.keywords(), self.vary, self.figure)
+        raise_any([*self._broken_rules(), *figure_problems(*arguments)])
         return self
 
     def _broken_rules(self) -> list[Problem]:
         """Problems of keywords that do not fit together, by the rules of the analysis function."""
-        problems, _ = self.asked
+        problems, _ = self.checked
         return in_a_study(problems)
 
     @property
@@ -291,10 +291,10 @@ class Study(OfKind):
 
     def _failing_cells(self) -> Iterator[Problem]:
         """Least and largest values of `[vary]` at which the crank cannot turn as it is driven."""
-        way = {name: value for name, value in self.keywords().items() if name in LENGTHS}
+        lengths = {name: value for name, value in self.keywords().items() if name in LENGTHS}
         for key, values in vary_table.values(self.vary).items():
             for value in sorted({min(values), max(values)}):
-                for problem in turns_as_driven(self.mechanism.varied({key: value}), **way):
+                for problem in turns_as_driven(self.mechanism.varied({key: value}), **lengths):
                     yield Problem(f"over.{key}", value, f"its cells fail: {problem.expected}")
 
     def _idle(self) -> Iterator[Problem]:
@@ -339,8 +339,8 @@ class Study(OfKind):
         text = self.row.length
         if given.get("duration") is not None:
             text = text.replace("{turns} turns", "{duration} s")
-        told = text.format(**{key: _Listed((value,)) for key, value in given.items()})
-        return re.sub(r"(?<![\d.])(1 (?:dropped )?\w+)s\b", r"\1", told.replace(" after 0 dropped turns", ""))
+        line = text.format(**{key: _Listed((value,)) for key, value in given.items()})
+        return re.sub(r"(?<![\d.])(1 (?:dropped )?\w+)s\b", r"\1", line.replace(" after 0 dropped turns", ""))
 
 
 class SingleStudy(Study):
@@ -359,7 +359,7 @@ class SweepStudy(Study):
         return super().keywords() | {"over": vary_table.values(self.vary)}
 
     @cached_property
-    def asked(self) -> tuple[list[Problem], Callable[..., Any]]:
+    def checked(self) -> tuple[list[Problem], Callable[..., Any]]:
         """The same of the smallest and largest values; those between are checked when the analysis runs."""
         given = self.keywords() | {"mechanism": self.mechanism}
         ends = {key: sorted({min(each), max(each)}) for key, each in given["over"].items()}
@@ -470,16 +470,16 @@ def figure_problems(
     """Problems of a figure's options that the result cannot satisfy; keywords are right by themselves."""
     followed = {keywords["parameter"]: keywords["range"]} if "parameter" in keywords else {}
     grown = largest(mechanism, keywords.get("over", followed))  # by what the analysis varies itself
-    asked = {**keywords, "recorded": _recorded(row, grown, keywords)}
+    settings = {**keywords, "recorded": _recorded(row, grown, keywords)}
     suited = _suited(row, grown, keywords, vary)
     kind = options.get("kind", figures.usual(suited, options, len(keywords.get("over", ()))))
     if kind not in suited:
         expected = f"for this {row.name} one of {', '.join(suited) or 'none'} is accepted"
         problems = [Problem("figure.kind", kind, expected)]
     elif kind == "sweep":
-        problems = [*_sweep_problems(row, points(mechanism, vary), options, asked)]
+        problems = [*_sweep_problems(row, points(mechanism, vary), options, settings)]
     else:
-        problems = figures.study_problems(kind, options, asked)
+        problems = figures.study_problems(kind, options, settings)
     problems += _unknown_parts(grown, options)
     events = options.get("events", False)
     named = [] if isinstance(events, bool) else [events] if isinstance(events, str) else list(events)
@@ -513,18 +513,18 @@ def _suited(
 
 
 def _sweep_problems(
-    row: Kind, grid: Points, options: Mapping[str, Any], asked: Mapping[str, Any]
+    row: Kind, grid: Points, options: Mapping[str, Any], settings: Mapping[str, Any]
 ) -> Iterator[Problem]:
     """Problems of the options of a figure of all cells."""
     usual = figures.suited(row)[:1]
-    misfits = (figures.study_problems(kind, {"kind": kind}, asked) for kind in usual)
+    misfits = (figures.study_problems(kind, {"kind": kind}, settings) for kind in usual)
     if not options.get("quantity") and (not row.outputs.shown or any(misfits)):
         expected = f"the name of a variable is needed: a {row.name} has no usual number here"
         yield Problem("figure.quantity", options.get("quantity", NOTHING), expected)
     names = [*grid.dims, *(axis.name for axis in grid.axes if axis.name not in grid.dims)]
     if (along := options.get("along")) is not None and along not in names:
         yield unknown("figure.along", along, along, names, "varied parameter")
-    at, most = options.get("at"), asked.get("starts")
+    at, most = options.get("at"), settings.get("starts")
     number = at.get("number") if isinstance(at, Mapping) and isinstance(most, int) else None
     if number not in (None, "largest", *range(1, 1 + (most or 0))):
         expected = f"the number of a motion, from 1 to {most}, that of the starts, or 'largest' is accepted"

@@ -146,7 +146,7 @@ def _line(line: str, about: str) -> Iterator[str]:
 def _plain(value: Any, units: str | None = None) -> Any:
     """A value as a person writes it into a file."""
     if isinstance(value, Record):
-        return {key: _plain(each, units_of(type(value).model_fields[key])) for key, each in _told(value)}
+        return {key: _plain(each, units_of(type(value).model_fields[key])) for key, each in _items(value)}
     if isinstance(value, Mapping):
         return {key: _plain(each, units) for key, each in value.items()}
     if isinstance(value, float):
@@ -163,7 +163,7 @@ def _friendly(value: float, units: str | None) -> float | str:
     return float(f"{value:.{DIGITS}g}")
 
 
-def _told(record: Record) -> Iterator[tuple[str, Any]]:
+def _items(record: Record) -> Iterator[tuple[str, Any]]:
     """Keys of a record that a file has to say."""
     for key, field in type(record).model_fields.items():
         value, annotation = getattr(record, key), field.annotation
@@ -223,14 +223,14 @@ def _keys(record: Record, left_out: Collection[str] = (), known: set[str] | None
     """The keys of a record, each with a comment unless it is among the known ones, which it joins."""
     known = set() if known is None else known
     texts, fields = descriptions(type(record)), type(record).model_fields
-    for key, value in _told(record):
+    for key, value in _items(record):
         if key not in left_out:
             text = texts.get(key) or (type(record).__doc__ or "").partition("\n")[0]  # of a kind: what it is
             if other := re.search(r"see `(\w+)`", text):
                 text = next(
                     descriptions(base)[key] for base in type(record).__mro__ if base.__name__ == other[1]
                 )
-            told = first_sentence(text), accepted_values(fields[key].annotation, fields[key])
-            about = "" if key in known else _with(*told)
+            words = first_sentence(text), accepted_values(fields[key].annotation, fields[key])
+            about = "" if key in known else _with(*words)
             yield from _set(key, value, about, units_of(fields[key]))
             known.add(key)

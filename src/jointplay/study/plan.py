@@ -101,7 +101,7 @@ def _plan_of_one(study: Loaded, out: Path) -> Iterator[str]:
     """Estimate a study of one analysis, by a short run of it where it can be shortened."""
     record = study.record
     yield "cells    none: this is one analysis, which runs in one piece"
-    yield f"result   {_told(study, out)}"
+    yield f"result   {_result(study, out)}"
     given = dict(record.analysis)
     whole = {key: given[key] for key in LENGTHS if given.get(key)}
     total = sum(whole.values())
@@ -176,7 +176,7 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
         yield "cells    none: this is one analysis, which runs in one piece"
         if os.path.exists(partial_result := out / f"{name}.partial.nc"):
             yield f"partial  {partial_result}: what an interrupted run had computed"
-        yield f"result   {_told(study, out)}"
+        yield f"result   {_result(study, out)}"
         yield from _answer(study, out / f"{name}.nc")
         return
     parts = part_journals(out, name)
@@ -194,7 +194,7 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
         yield f"parts    {own}, put together by `jointplay merge`"
     if others := len(parts) - own:
         yield f"parts    {others} without a finished cell of this study as it is now"
-    yield f"result   {_told(study, out)}"
+    yield f"result   {_result(study, out)}"
     if 0 < len(index) == cells:
         yield from _answer(study, out / f"{name}.nc")
 
@@ -230,7 +230,7 @@ def _finished(study: Loaded, indices: Iterable[dict[str, int]]) -> tuple[dict[st
     return found, 0 if work.possible else len(keys)
 
 
-def _told(study: Loaded, out: Path) -> str:
+def _result(study: Loaded, out: Path) -> str:
     """The result of a study and whose it is."""
     path = out / f"{study.record.name}.nc"
     state = result_state(study.record, path)

@@ -62,7 +62,7 @@ def _differences(record: Study, path: Path) -> tuple[list[str], str]:
     others = [key for key in now | before if before.get(key) != now.get(key)]
     counts = [(key, *(getattr(each.analysis, key, 0) for each in (stored, record))) for key in record.bounds]
     less = (
-        f"has {had} of {asked} {key}" for key, had, asked in counts if isinstance(asked, int) and had < asked
+        f"has {had} of {bound} {key}" for key, had, bound in counts if isinstance(bound, int) and had < bound
     )
     return others, next(less, "")
 

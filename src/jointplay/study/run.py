@@ -81,7 +81,7 @@ def _analysis(record: Study) -> Callable[..., xr.Dataset]:
     """The analysis of a study, of which `progress` is left open."""
     if _varies(record):
         return partial(_varied, record)
-    _, answer = record.asked
+    _, answer = record.checked
     return answer
 
 

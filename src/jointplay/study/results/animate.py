@@ -110,9 +110,9 @@ def animate(
     if ending == ".mp4" and not find_spec("imageio_ffmpeg"):
         raise refuse(str(path), f"films as MP4 need an encoder: {INSTALL}", "path")
     check_writable(path.parent, "path", [path.name])
-    with requested_progress(progress, path.name) as asked:
-        told = None if asked is None else Reporter(asked)
-        with of_a_result(motion, but=lambda error: told is not None and error is told.error):
+    with requested_progress(progress, path.name) as hook:
+        reporter = None if hook is None else Reporter(hook)
+        with of_a_result(motion, but=lambda error: reporter is not None and error is reporter.error):
             known = mechanism or _mechanism(motion)
             shown = scene(known, places(known, motion), joint, turns, time)
             if ending not in FILMS:
@@ -123,7 +123,7 @@ def animate(
             pictures = film_frames(shown, chain(tried, samples))
             write = _tried(pictures, len(tried), len(samples), _gif if ending == ".gif" else _mp4, rate)
             with replaced(path) as temporary:
-                write(_told(pictures, len(samples), told), temporary)
+                write(_tracked(pictures, len(samples), reporter), temporary)
     return path
 
 
@@ -181,7 +181,7 @@ def _count(shown, seconds: float, rate: int) -> int:
     return count
 
 
-def _told(pictures: Iterable[np.ndarray], count: int, progress) -> Iterator[np.ndarray]:
+def _tracked(pictures: Iterable[np.ndarray], count: int, progress) -> Iterator[np.ndarray]:
     for number, picture in enumerate(pictures, 1):
         yield picture
         if progress is not None:

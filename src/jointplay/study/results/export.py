@@ -75,11 +75,11 @@ def export(
 def _mat(dataset: xr.Dataset, _: Sequence[str] | None) -> bytes:
     from scipy.io import savemat
 
-    told, variables = words(dataset), dataset.variables
+    decoded, variables = words(dataset), dataset.variables
     content = {name: _cells(variable.values) for name, variable in variables.items()}
     for key in ("units", "long_name", "comment"):
         content[key] = {name: str(variable.attrs.get(key, "")) for name, variable in variables.items()}
-    content["words"] = {name: _cells(told[name].values) for name in variables if coded(dataset[name])}
+    content["words"] = {name: _cells(decoded[name].values) for name in variables if coded(dataset[name])}
     content["dims"] = {name: " ".join(map(str, variable.dims)) for name, variable in variables.items()}
     content["attributes"] = {key: str(value) for key, value in dataset.attrs.items()}
     stream = BytesIO()
@@ -102,20 +102,20 @@ def _csv(dataset: xr.Dataset, over: Sequence[str] | None) -> bytes:
     if not rows:
         expected = "a result with dimensions is accepted for a table; a .mat file holds any"
         raise refuse(NOTHING, expected, "result")
-    told = words(dataset)
-    told = told.assign_coords({dim: told[dim] for dim in rows})  # of a dimension without values, 0, 1, …
-    every = [name for name in dict.fromkeys((*told.coords, *told.variables)) if name not in rows]
-    columns = {name: _columns(told, name, rows, names) for name in every}
+    table = words(dataset)
+    table = table.assign_coords({dim: table[dim] for dim in rows})  # of a dimension without values, 0, 1, …
+    every = [name for name in dict.fromkeys((*table.coords, *table.variables)) if name not in rows]
+    columns = {name: _columns(table, name, rows, names) for name in every}
     if left := [name for name in every if not columns[name] and name not in names]:
         groups: dict[str, list[str]] = {}
         for name in left:
-            dims = " and ".join(str(dim) for dim in told[name].dims if dim not in names)
+            dims = " and ".join(str(dim) for dim in table[name].dims if dim not in names)
             groups.setdefault(f"over {dims}" if dims else f"not over {' and '.join(rows)}", []).append(name)
         lists = (f"{', '.join(each)} ({dims})" for dims, each in groups.items())
         warn(f"not in the table: {'; '.join(lists)}")
     found = {label: column for own in columns.values() for label, column in own.items()}
-    frame = xr.Dataset(found, {dim: told[dim].variable for dim in rows}).to_dataframe(rows).reset_index()
-    units = [str({**told.variables, **found}[label].attrs.get("units", "")) for label in frame]
+    frame = xr.Dataset(found, {dim: table[dim].variable for dim in rows}).to_dataframe(rows).reset_index()
+    units = [str({**table.variables, **found}[label].attrs.get("units", "")) for label in frame]
     header = [
         f"{label} [{unit}]" if unit not in ("", "1") else label
         for label, unit in zip(frame, units, strict=True)

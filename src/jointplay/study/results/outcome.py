@@ -35,10 +35,10 @@ def explain(dataset: xr.Dataset) -> str | None:
     if name == "ok":
         return None
     status, cells = Status[name.upper()], failed_cells(dataset)
-    told = dataset.attrs.get("trouble", f"{status.meaning}; {status.remedy}")  # no run failed: a search did
+    reason = dataset.attrs.get("trouble", f"{status.meaning}; {status.remedy}")  # no run failed: a search did
     for each in {"cell_status", "sample_status"} & {*dataset} if status == Status.BAD_PARAMETERS else ():
-        told = next(filter(None, dataset["trouble"].values[dataset[each].values == status]), told)
-    return f"{name}: {told}" + (f" (in {listed(cells, SHOWN)})" if cells else "")
+        reason = next(filter(None, dataset["trouble"].values[dataset[each].values == status]), reason)
+    return f"{name}: {reason}" + (f" (in {listed(cells, SHOWN)})" if cells else "")
 
 
 def failed_cells(dataset: xr.Dataset) -> list[str]:

@@ -53,8 +53,8 @@ def places(mechanism: Mechanism, motion: xr.Dataset) -> xr.Dataset:
     variables = {}
     for k, axis in enumerate("xy"):
         values = np.stack([found[name][:, k] for name in names], 1)
-        told = {"units": "m", "long_name": f"origin of a link, {axis}"}
-        variables[f"origin_{axis}"] = (("time", "link"), values, told)
+        attrs = {"units": "m", "long_name": f"origin of a link, {axis}"}
+        variables[f"origin_{axis}"] = (("time", "link"), values, attrs)
     return motion.sel(link=names).assign(variables)
 
 
