@@ -114,7 +114,7 @@ def test_what_a_single_analysis_has_is_kept_apart_from_its_result(kind, tmp_path
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_a_branch_is_kept_although_no_look_comes(tmp_path, interrupting, monkeypatch, capsys):
     def busy(self, last, length):
-        if progress._stop.asked:
+        if progress._stop.requested:
             time.sleep(60)
         return advance(self, last, length)
 

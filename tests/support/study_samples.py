@@ -227,12 +227,12 @@ def stand_in(monkeypatch, kind, function):
     own = wraps(real)(lambda *values, **keywords: function(*values, **keywords))
     vars(own).pop("steps", None)
 
-    def asked(given, wrong=()):
-        problems, _ = real.asked(given, wrong)
+    def validated(given, wrong=()):
+        problems, _ = real.validated(given, wrong)
         others = {name: value for name, value in given.items() if name != "mechanism"}
         return problems, partial(own, given.get("mechanism"), **others)
 
-    own.asked = asked
+    own.validated = validated
     monkeypatch.setattr(kinds, "load", lambda home: own if home == row.home else load(home))
 
 

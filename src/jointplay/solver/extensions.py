@@ -86,7 +86,7 @@ class Table(MutableMapping[str, T]):
 
     def __init__(self, group: str, of: Any, rows: Mapping[str, T] | None = None) -> None:
         self.group, self.of, self.own = group, of, dict(rows or {})
-        self._asked, self._broken, self._sources = False, dict[str, str](), dict[str, str]()
+        self._loaded, self._broken, self._sources = False, dict[str, str](), dict[str, str]()
 
     @property
     def broken(self) -> dict[str, str]:
@@ -99,9 +99,9 @@ class Table(MutableMapping[str, T]):
         return self._sources.get(name, "")
 
     def _ask(self) -> None:
-        if self._asked:
+        if self._loaded:
             return
-        self._asked = True  # first of all: what is loaded may look into the table itself
+        self._loaded = True  # first of all: what is loaded may look into the table itself
         for point in published(self.group):
             before, of = dict(self.own), f" of {point.dist.name}" if point.dist else ""
             source = f"entry point {point.name!r} ({point.value}){of} in {self.group}"

@@ -150,7 +150,7 @@ def _broken_rules(table: Mapping[str, Any], problems: list[Problem]) -> list[Pro
     if "over" in row.function.fields() and "over" not in wrong and "vary" in table:
         given["over"] = tried(parsed(varied_in_own_units(given.get("mechanism"), table["vary"])))
     given = getattr(row.function, "left_out", NONE).completed(in_own_units(given.get("mechanism"), given))
-    problems, _ = row.function.asked(given, wrong)
+    problems, _ = row.function.validated(given, wrong)
     return in_a_study(problems)
 
 

@@ -244,7 +244,7 @@ class Study(OfKind):
     @cached_property
     def checked(self) -> tuple[list[Problem], Callable[..., Any]]:
         """Problems of keywords that do not fit together, and the analysis with these keywords."""
-        return self.row.function.asked(self.keywords() | {"mechanism": self.mechanism})
+        return self.row.function.validated(self.keywords() | {"mechanism": self.mechanism})
 
     def model_copy(self, **how: Any) -> Self:
         """A copy with other values, of which the analysis has not been asked."""
@@ -363,7 +363,7 @@ class SweepStudy(Study):
         """The same of the smallest and largest values; those between are checked when the analysis runs."""
         given = self.keywords() | {"mechanism": self.mechanism}
         ends = {key: sorted({min(each), max(each)}) for key, each in given["over"].items()}
-        problems, answer = self.row.function.asked(given | {"over": ends})
+        problems, answer = self.row.function.validated(given | {"over": ends})
         return problems, partial(answer, over=given["over"])
 
     def _broken_rules(self) -> list[Problem]:

@@ -78,9 +78,9 @@ def write(folder: Path, names: Iterable[str]) -> Path:
 @lru_cache(maxsize=1)
 def _suits() -> bool:
     """Whether the processor suits the prebuilt code, and the environment names no other."""
-    asked = any(f"NUMBA_CPU_{word}" in os.environ for word in ("NAME", "FEATURES"))
+    overridden = any(f"NUMBA_CPU_{word}" in os.environ for word in ("NAME", "FEATURES"))
     features = place.llvm().get_host_cpu_features()
-    return not (asked or interpreted()) and all(features.get(each, False) for each in NEEDED)
+    return not (overridden or interpreted()) and all(features.get(each, False) for each in NEEDED)
 
 
 @lru_cache(maxsize=1)

@@ -225,10 +225,10 @@ def _friction_problems(mechanism: Any, values: Mapping[str, Any]) -> Iterator[Pr
             _friction(joint, values["friction"])
         except InputError as error:
             whose = f"friction of joint {joint.name} then has"
-            told = (
+            texts = (
                 f"{whose} {p.key.rpartition('.')[2]} = {p.given}, but {p.expected}" for p in error.problems
             )
-            yield from (Problem("friction", values["friction"], text) for text in told)
+            yield from (Problem("friction", values["friction"], text) for text in texts)
 
 
 def _drive_problems(values: Mapping[str, Any]) -> Iterator[Problem]:

@@ -132,7 +132,7 @@ def coherent(given: Any) -> tuple[Any, str]:
 def _named(base: Any) -> str:
     """Units as ``kg m²/s²``, or ``A/(kg m)``."""
     symbol, powers = _registry().get_symbol, sorted(base._units.items())
-    told = [(f"{symbol(name)}{abs(int(power)) if abs(power) > 1 else ''}", power) for name, power in powers]
-    above, below = ([text for text, power in told if sign * power > 0] for sign in (1, -1))
+    terms = [(f"{symbol(name)}{abs(int(power)) if abs(power) > 1 else ''}", power) for name, power in powers]
+    above, below = ([text for text, power in terms if sign * power > 0] for sign in (1, -1))
     under = f"({' '.join(below)})" if len(below) > 1 else "".join(below)
     return f"{' '.join(above) or '1'}{under and '/'}{under}".translate(str.maketrans("234", "²³⁴"))

@@ -95,11 +95,11 @@ def _told_of(record: Any, path: str, value: Any, problem: Problem) -> Problem:
 
 def _by_name(record: Any, path: str) -> str:
     """A path with the names of parts in place of their numbers."""
-    told = ""
+    result = ""
     for step in steps(path):
         record = below(record).get(step)
-        told = join(told, getattr(record, "name", step) if step.startswith("[") else step)
-    return told
+        result = join(result, getattr(record, "name", step) if step.startswith("[") else step)
+    return result
 
 
 def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -223,10 +223,10 @@ def _unlike_its_shape(mechanism: Any) -> Iterator[Problem]:
     for i, link in enumerate(mechanism.links):
         if link.shape is None:
             continue
-        told = link.shape.numbers(link.length)
-        own = told["inertia_centre"] * link.mass / told["mass"]
-        told |= {"inertia_centre": own, "inertia": own + link.mass * link.centre**2}
-        for key, value in told.items():
+        numbers = link.shape.numbers(link.length)
+        own = numbers["inertia_centre"] * link.mass / numbers["mass"]
+        numbers |= {"inertia_centre": own, "inertia": own + link.mass * link.centre**2}
+        for key, value in numbers.items():
             given, near = getattr(link, key), OFF * link.length if key == "centre" else UNLIKE * value
             if given is not None and abs(given - value) > near:
                 text = f"the shape of {link.name} gives {typed(value, 4)}; the number given beside it is used"
@@ -239,10 +239,10 @@ def _unlike_its_parts(mechanism: Any) -> Iterator[Problem]:
         if joint.data is None or joint.contact.stiffness is None:
             continue
         value, low, high, *_ = joint.data.secant
-        told = joint.data.numbers(joint.contact.law, joint.contact.given)["stiffness"]
-        share = joint.contact.stiffness / told
+        k = joint.data.numbers(joint.contact.law, joint.contact.given)["stiffness"]
+        share = joint.contact.stiffness / k
         if not low / value / SOFT <= share <= high / value * SOFT:
-            text = f"pin and bush of {joint.name} give {typed(told, 4)}; the number given beside them is used"
+            text = f"pin and bush of {joint.name} give {typed(k, 4)}; the number given beside them is used"
             yield Problem(f"joints[{i}].contact.stiffness", joint.contact.stiffness, text)
 
 

@@ -85,7 +85,7 @@ def checked(
     -------
     callable
         Decorates a function. What it gives has ``fields()``, type and default of each argument, and
-        ``asked``, which tells what rules say of arguments that come from elsewhere, and calls it with them.
+        ``validated``, which tells what rules say of arguments from elsewhere, and calls it with them.
 
     Raises
     ------
@@ -114,12 +114,12 @@ def checked(
             except InputError:
                 return _Shared({}, shared)
 
-        def asked(
+        def validated(
             given: Mapping[str, Any], wrong: Collection[str] = ()
         ) -> tuple[list[Problem], Callable[..., T]]:
             """Problems that rules find in arguments, but of those that are `wrong`, and the answer."""
             arguments = known(given, wrong)
-            problems = arguments.told((*rules, *last), wrong)
+            problems = arguments.problems((*rules, *last), wrong)
             return problems, partial(answer, arguments, problems)
 
         def answer(arguments: _Shared, problems: list[Problem], **more: Any) -> T:
@@ -127,7 +127,7 @@ def checked(
             again = [
                 rule for rule in rules if not isinstance(rule, str) and _names(rule).keys() & more.keys()
             ]
-            raise_any(problems + _Shared(arguments.given | more, shared).told(again))
+            raise_any(problems + _Shared(arguments.given | more, shared).problems(again))
             given = arguments.given | {name: arguments[name] for name in taken} | more
             by_place = [given.pop(name) for name in alone]
             if not open_ended:
@@ -148,12 +148,12 @@ def checked(
                 problems = error.problems
             wrong = {first(problem.key) for problem in problems}
             arguments = known(given, wrong)
-            if problems := problems + arguments.told(rules, wrong):
-                raise InputError(problems + arguments.told(last, wrong))
+            if problems := problems + arguments.problems(rules, wrong):
+                raise InputError(problems + arguments.problems(last, wrong))
             after(given)
             return answer(arguments, [])
 
-        call.fields, call.asked = fields, asked  # type: ignore[attr-defined]
+        call.fields, call.validated = fields, validated  # type: ignore[attr-defined]
         return call
 
     return decorated
@@ -187,10 +187,10 @@ class _Shared(dict[str, Any]):
         own = {n for n, each in named.items() if n not in self.shared or each is Parameter.empty}
         return own.union(*(self.needed(self.shared[name]) for name in own & self.shared.keys()))
 
-    def told(self, rules: Iterable[Rule | str], wrong: Collection[str] = ()) -> list[Problem]:
+    def problems(self, rules: Iterable[Rule | str], wrong: Collection[str] = ()) -> list[Problem]:
         """Problems that rules, or the making of shared values, find; but of `wrong` arguments."""
-        asked = [rule for rule in rules if self.given and not (wrong and self.needed(rule) & {*wrong})]
-        return [problem for rule in asked for problem in self._of(rule)]
+        applicable = [rule for rule in rules if self.given and not (wrong and self.needed(rule) & {*wrong})]
+        return [problem for rule in applicable for problem in self._of(rule)]
 
     def _of(self, rule: Rule | str) -> list[Problem]:
         try:

@@ -44,8 +44,8 @@ def start(mechanism: Mechanism, initial: Any, forest: Forest | None = None) -> S
     initial = {} if initial is None else initial
     closed = bool((forest or Forest.of(mechanism)).cuts)
     if not isinstance(initial, Mapping):
-        told = "a table of crank_angle and crank_speed, or of angle and angular_velocity by link, is accepted"
-        raise refuse(initial, told, "initial")
+        text = "a table of crank_angle and crank_speed, or of angle and angular_velocity by link, is accepted"
+        raise refuse(initial, text, "initial")
     known = IDEAL if closed else (*IDEAL, *WRITTEN_OUT)
     why = ": in ideal loops links determine each other" if closed else ""
     accepted = f"keys {', '.join(known)} are accepted{why}"

@@ -68,12 +68,12 @@ def _recorded(model: Model, request: Any) -> bool:
     from jointplay.solver.method.lanes.radau import MAX_TURN
 
     longest = MAX_TURN if model.links else MAX_TURN / PHASE  # one section point in a step
-    asked = not (request.steps or request.rates) and _even(model, request, longest)
+    sampled = not (request.steps or request.rates) and _even(model, request, longest)
     ahead = (request.level - (model.crank_angle if model.links else 0.0)) * request.direction > 0
     section = request.direction == 0 or (ahead and request.period > longest)
     n = len(model.turning)
     scaled = not (model.links and np.any(model.relative[:n])) and bool(np.all(model.relative[n:] == 1.0))
-    return asked and section and scaled
+    return sampled and section and scaled
 
 
 def _even(model: Model, request: Any, longest: float) -> bool:

@@ -129,7 +129,7 @@ def _in_lanes(pairs: list[tuple[Model, Request]], given: Sequence[Tangent] = ())
     from jointplay.solver.method.lanes.layout import LOGGED, PASSED_BY, PAUSE
 
     began, models, form = time.perf_counter(), [model for model, _ in pairs], Form.of(pairs[0][0])
-    asked, pairs = pairs, [(model, form.by_sections(model, request)) for model, request in pairs]
+    requested, pairs = pairs, [(model, form.by_sections(model, request)) for model, request in pairs]
     name = "lanes.tangent_flow" if given else "lanes.flow"
     called = ["lanes.attempts", "lanes.lane", name, wall_unit(models[0].structure)]
     misses = any(request.misses for _, request in pairs)
@@ -166,7 +166,7 @@ def _in_lanes(pairs: list[tuple[Model, Request]], given: Sequence[Tangent] = ())
     own = pace(models[0].structure, name, len(given) and 1)
     in_pieces(call, lambda: int(place[PASSED_BY]), own, FULL, math.inf, take)
     each, found = (time.perf_counter() - began) / len(models), []
-    for n, (model, request) in enumerate(asked):
+    for n, (model, request) in enumerate(requested):
         if jobs.status[n] != Status.OK:  # it steps aside, or failed: by itself it may go on
             found.append(None if given else replace(follow(model, request), route=LEFT))
         else:

@@ -72,10 +72,10 @@ def reported(analysis: Callable[P, T]) -> Callable[P, T]:
 
     @wraps(analysis)
     def call(*arguments, progress: bool | Callable[[float], None] | None = None, **keywords):
-        with requested_progress(progress, analysis.__name__) as told:
-            if not callable(told):  # None, or what the analysis refuses
-                return analysis(*arguments, progress=told, **keywords)
-            with held(_reporter, tell := Reporter(told)):
+        with requested_progress(progress, analysis.__name__) as report:
+            if not callable(report):  # None, or what the analysis refuses
+                return analysis(*arguments, progress=report, **keywords)
+            with held(_reporter, tell := Reporter(report)):
                 result = analysis(*arguments, progress=tell, **keywords)
                 if not _stop.heard:
                     tell(1.0)
@@ -111,7 +111,7 @@ def tick() -> None:
         reporter.again()
     if (end := _end.get()) < math.inf and time.thread_time() >= end:
         raise OutOfTime
-    if _stop.asked:
+    if _stop.requested:
         _stop.reset(heard=True)
         raise Stopped
 
@@ -142,11 +142,11 @@ def stands(fraction: float, place: str) -> None:
 class _Stop:
     """Request to stop: whether a running computation heeds it, whether it was made, and was heard."""
 
-    heeded = asked = late = heard = False
+    heeded = requested = late = heard = False
     timer: threading.Timer | None = None
 
     def reset(self, heeded: bool = False, heard: bool = False) -> None:
-        self.heeded, self.asked, self.late, self.heard = heeded, False, False, heard
+        self.heeded, self.requested, self.late, self.heard = heeded, False, False, heard
         if self.timer is not None:
             self.timer.cancel()
             self.timer = None
@@ -162,7 +162,7 @@ def stoppable(kept: bool = True) -> Iterator[None]:
     left = False
     try:
         yield
-        left = _stop.asked
+        left = _stop.requested
     finally:
         _stop.reset()
     if left:
@@ -181,9 +181,9 @@ def stop() -> bool:
     """
     if _stop.late:
         raise Aborted
-    if not _stop.heeded or _stop.asked:
+    if not _stop.heeded or _stop.requested:
         return False
-    _stop.asked = True
+    _stop.requested = True
     _stop.timer = threading.Timer(PATIENCE, _interrupt)
     _stop.timer.daemon = True
     _stop.timer.start()
@@ -191,9 +191,9 @@ def stop() -> bool:
 
 
 def _interrupt() -> None:
-    if not _stop.asked:
+    if not _stop.requested:
         return
-    _stop.heeded, _stop.asked, _stop.late, _stop.heard = False, False, True, True
+    _stop.heeded, _stop.requested, _stop.late, _stop.heard = False, False, True, True
     if hasattr(signal, "pthread_kill"):  # a real one, that ends what the main thread waits for
         signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
     else:

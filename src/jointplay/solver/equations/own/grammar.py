@@ -202,8 +202,8 @@ def flat(text: str, tells: bool = False, switches: Collection[str] = ()) -> bool
 
     That is looked for at two points, on either side of each kink, with `switches` in either position, 0 or 1.
     """
-    asked = [*_signed(parse(text)), *[parse(text)] * tells]
-    return any(_vanishes(tree, switches) for tree in asked)
+    trees = [*_signed(parse(text)), *[parse(text)] * tells]
+    return any(_vanishes(tree, switches) for tree in trees)
 
 
 def _signed(tree: Tree) -> Iterator[Tree]:

@@ -247,10 +247,10 @@ def ideal_configuration(mechanism: Mechanism, crank_angle: float, crank_speed: f
     start = closure.closed(x, held)
     if start is None:
         raise refuse(dict(mechanism.guess), _open(closure, x, held, begin), "mechanism.guess")
-    way = math.remainder(crank_angle - begin, math.tau)
-    x, done = _led(closure, start, held, begin, way)
+    turn = math.remainder(crank_angle - begin, math.tau)
+    x, done = _led(closure, start, held, begin, turn)
     if done < 1:
-        x, done = _led(closure, start, held, begin, way - math.copysign(math.tau, way))
+        x, done = _led(closure, start, held, begin, turn - math.copysign(math.tau, turn))
     if done < 1:
         raise refuse(crank_angle, _open(closure, start, held, crank_angle), "initial.crank_angle")
     x[2::3] = [math.remainder(angle, math.tau) for angle in x[2::3]]
@@ -328,16 +328,16 @@ def open_arcs(mechanism: Mechanism) -> tuple[tuple[float, float], ...]:
     return tuple((float(a), float(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
 
 
-def _led(closure: Closure, x: np.ndarray, held: dict, begin: float, way: float) -> tuple[np.ndarray, float]:
-    """Lead the driven link along a way in small steps, up to which share of it the mechanism closes."""
+def _led(closure: Closure, x: np.ndarray, held: dict, begin: float, turn: float) -> tuple[np.ndarray, float]:
+    """Lead the driven link through a turn in small steps, up to which share of it the mechanism closes."""
     done, step, drive = 0.0, STEP, len(closure.mechanism.joints) * 2
     while done < 1.0:
-        ahead = min(1.0, done + step / max(abs(way), step))
+        ahead = min(1.0, done + step / max(abs(turn), step))
         _, J = closure.equations(x, held)
         right = np.zeros(len(J))
-        right[drive] = (ahead - done) * way
+        right[drive] = (ahead - done) * turn
         guess = x + np.linalg.lstsq(J, right, rcond=1e-13)[0]
-        found = closure.closed(guess, held | {closure.driver: begin + ahead * way})
+        found = closure.closed(guess, held | {closure.driver: begin + ahead * turn})
         if found is not None and np.abs(found - guess)[2::3].max() < 10 * step:
             x, done, step = found, ahead, min(STEP, 2 * step)
         elif (step := step / 4) < LEAST:

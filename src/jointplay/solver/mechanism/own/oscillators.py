@@ -118,19 +118,19 @@ def standing(structure: Oscillator, numbers: dict[str, float], state: np.ndarray
     """
     module, names = cache.structure_module(structure), [*structure.positions, *structure.speeds]
     kept = {name for name, rate in zip(structure.speeds, structure.rates, strict=True) if rate == "0"}
-    ways = [
+    jumps = [
         each
         for each in structure.jumps
         if kept >= {*dict(each.jump)} and {*dict(each.jump).values()} <= {"0", "1"}
     ]
-    for _ in ways:
+    for _ in jumps:
         given = numbers | {"t": 0.0} | dict(zip(module.STATE[1:], state, strict=True))
         gaps = _gaps(module, given)
-        way = next((each for each in ways if gaps[each.name] < 0), None)
-        if way is None:
+        jump = next((each for each in jumps if gaps[each.name] < 0), None)
+        if jump is None:
             break
         state = state.copy()
-        for name, text in way.jump:
+        for name, text in jump.jump:
             state[names.index(name)] = float(text)
     return state
 

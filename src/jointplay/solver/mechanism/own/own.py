@@ -156,7 +156,7 @@ class System(Record):
             "states": states | begun | {name: self.states[name] for name in kept if name in self.states},
             "rates": rates | dict.fromkeys(kept, "0"),
             "switches": tuple(each for each in self.switches if each not in self.latches),
-            "jumps": (*self.jumps, *_ways(modes, masked), *_turns(self.latches, masked)),
+            "jumps": (*self.jumps, *_exits(modes, masked), *_turns(self.latches, masked)),
         }
         return self.model_copy(update=tables)
 
@@ -309,7 +309,7 @@ def _moving(rate: str, kept: Collection[str]) -> str:
     return f"1*{rate}" if parse(rate).value in kept else rate
 
 
-def _ways(modes: Modes, masked: bool) -> Iterator[Jump]:
+def _exits(modes: Modes, masked: bool) -> Iterator[Jump]:
     for mode, exits in modes.items():
         for i, each in enumerate(exits):
             again = sum(other.to == each.to for other in exits[:i])

@@ -44,8 +44,8 @@ NUDGE = 1e-6
 def problems(system: System) -> list[Problem]:
     """Everything that is wrong with a system whose tables have the right form."""
     others = {"name", "parameters", "states", "system", "as_meant"}
-    told = system.flags, [*system.parameters], system.states, system.model_dump_json(exclude=others)
-    equations = repr(told)
+    parts = system.flags, [*system.parameters], system.states, system.model_dump_json(exclude=others)
+    equations = repr(parts)
     found = [*_of_modes(system)] if system.modes else []
     for i, each in enumerate(system.switches):
         if each.name in system.rates:
@@ -78,7 +78,7 @@ def _of_modes(system: System) -> Iterator[Problem]:
             elif each.to == mode and not each.jump:
                 yield Problem(f"{key}.to", mode, "another mode is accepted, or a jump beside it")
     jumps = {f"jumps[{i}].jump": each.jump for i, each in enumerate(system.jumps)}
-    jumps |= {f"modes.{m}[{i}].jump": each.jump for m, ways in modes.items() for i, each in enumerate(ways)}
+    jumps |= {f"modes.{m}[{i}].jump": each.jump for m, exits in modes.items() for i, each in enumerate(exits)}
     for key, jump in jumps.items():
         for mode in jump.keys() & modes.keys():
             accepted = "no mode is accepted: the way to it says which mode follows"
@@ -93,7 +93,7 @@ def _of_modes(system: System) -> Iterator[Problem]:
         yield Problem("states", state, one_mode(modes))
         return
     reached = {mode for mode in modes if state[mode]}
-    while more := {way.to for m in reached for way in modes[m]} & modes.keys() - reached:
+    while more := {transition.to for m in reached for transition in modes[m]} & modes.keys() - reached:
         reached |= more
     for mode in modes.keys() - reached:
         yield Problem(
@@ -121,9 +121,9 @@ def _under_modes(system: System, problem: Problem) -> Problem:
         key = f"switches[{others[int(found[1])]}]{key[found.end() :]}"
     elif (found := re.match(r"jumps\[(\d+)\](\.name$)?", key)) and int(found[1]) >= own:
         at = int(found[1]) - own
-        which, way = divmod(at - len(places), 2)
+        which, threshold = divmod(at - len(places), 2)
         key = (
-            f"switches[{latches[which]}].{('on', 'off')[way]}"
+            f"switches[{latches[which]}].{('on', 'off')[threshold]}"
             if which >= 0
             else places[at] + key[found.end() :]
         )

@@ -447,8 +447,8 @@ class Link(Record):
     def _of_its_section(cls, beam: Beam, info: ValidationInfo) -> Beam:
         if not info.data.get("shape") or "length" not in info.data:
             return beam
-        told = info.data["shape"].beam(info.data["length"])
-        return beam.model_copy(update={key: x for key, x in told.items() if beam._stated().get(key) is None})
+        given = info.data["shape"].beam(info.data["length"])
+        return beam.model_copy(update={key: x for key, x in given.items() if beam._stated().get(key) is None})
 
     @field_validator("inertia")
     @classmethod
@@ -482,10 +482,10 @@ class Link(Record):
         own = dict(self)
         if self.shape is None:
             return own
-        told = self.shape.numbers(self.length) | {"inertia": _about_origin(own)}
+        numbers = self.shape.numbers(self.length) | {"inertia": _about_origin(own)}
         section = self.shape.beam(self.length)
         beam = Beam(**{key: x for key, x in self.beam._stated().items() if section.get(key) != x})
-        return {key: x for key, x in own.items() if told.get(key) != x} | {"beam": beam}
+        return {key: x for key, x in own.items() if numbers.get(key) != x} | {"beam": beam}
 
     @property
     def total(self) -> Link:
@@ -521,8 +521,8 @@ def _about_origin(link: Mapping[str, Any]) -> float:
     """Moment of inertia about its origin that a shape gives to a link of this mass and mass centre."""
     if not {"length", "mass", "centre"} <= link.keys():
         return math.inf  # one of them is invalid, which is a problem of its own
-    told = link["shape"].numbers(link["length"])
-    return link["mass"] * (told["inertia_centre"] / told["mass"] + link["centre"] ** 2)
+    numbers = link["shape"].numbers(link["length"])
+    return link["mass"] * (numbers["inertia_centre"] / numbers["mass"] + link["centre"] ** 2)
 
 
 def modal(link: Link) -> Modes:

@@ -250,11 +250,11 @@ class ContactData:
         """Numbers that a law of contact has beside those that are given, as far as they follow."""
         own = LAWS[law].numbers
         n = given.get("exponent", self.exponent.value) if "exponent" in own else 1.0
-        told = {"stiffness": self.load / self.approach**n, "exponent": n, "length": self.parts.length}
-        told |= {"dissipation": self.dissipation.value, "restitution": self.restitution.value}
+        values = {"stiffness": self.load / self.approach**n, "exponent": n, "length": self.parts.length}
+        values |= {"dissipation": self.dissipation.value, "restitution": self.restitution.value}
         for side, material in (("journal", self.parts.pin), ("bearing", self.parts.bush)):
-            told |= {f"{side}_modulus": material.modulus, f"{side}_poisson_ratio": material.poisson_ratio}
-        return {name: value for name, value in told.items() if name in own}
+            values |= {f"{side}_modulus": material.modulus, f"{side}_poisson_ratio": material.poisson_ratio}
+        return {name: value for name, value in values.items() if name in own}
 
     def check(self) -> None:
         """Refuse a method that does not hold at the load."""

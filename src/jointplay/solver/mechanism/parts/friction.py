@@ -76,8 +76,8 @@ class Friction(Record):
             return handler(data)
         fields = {name: value for name, value in data.items() if name in cls.model_fields}
         given = {name: value for name, value in data.items() if name not in fields}
-        beside = dict.fromkeys(cls.model_fields) | fields
-        own, problems = checked_numbers(data.get("law", "coulomb"), FRICTIONS, given, beside)
+        others = dict.fromkeys(cls.model_fields) | fields
+        own, problems = checked_numbers(data.get("law", "coulomb"), FRICTIONS, given, others)
         return made_of(cls, handler, fields | own, problems)
 
     @property
@@ -101,8 +101,8 @@ class Friction(Record):
     def description(self) -> str:
         """Law and numbers in a few words; of Coulomb's law the coefficient."""
         units = {name: each.units for name, each in FRICTIONS[self.law].numbers.items()}
-        told = [f"{n.replace('_', ' ')} {measure(x, units[n])}" for n, x in self.numbers.items()]
-        law = "" if self.law == "coulomb" else f" ({', '.join([self.law, *told])})"
+        texts = [f"{n.replace('_', ' ')} {measure(x, units[n])}" for n, x in self.numbers.items()]
+        law = "" if self.law == "coulomb" else f" ({', '.join([self.law, *texts])})"
         return f"{plain(self.coefficient)}{law}"
 
 
@@ -122,7 +122,7 @@ def checked_numbers(
     name: Any,
     laws: Mapping[str, ForceLaw],
     given: Mapping[str, Any],
-    beside: Mapping[str, Any] = {},
+    others: Mapping[str, Any] = {},
     place: Callable[[str], str] = str,
     units: Mapping[str, str] = {},
 ) -> tuple[dict[str, Any], list[Problem]]:
@@ -136,7 +136,7 @@ def checked_numbers(
         The laws of its kind.
     given : mapping of str to object
         What is given, by key of the record; None counts as not given.
-    beside : mapping of str to object
+    others : mapping of str to object
         What is given of keys of the record that every law has.
     place : callable
         Key of a number in the record, of the law's name for it.
@@ -156,13 +156,13 @@ def checked_numbers(
     for key, value in given.items():
         having = [other for other, each in laws.items() if key in map(place, each.numbers)]
         if key not in own and not having:
-            problems.append(unknown(key, value, key, (*beside, *own)))
+            problems.append(unknown(key, value, key, (*others, *own)))
         elif key not in own and law:
-            known = ", ".join((*beside, *own))
+            known = ", ".join((*others, *own))
             accepted = f"accepted only with law = {' or '.join(map(repr, having))}; {name} has {known}"
             problems.append(Problem(key, value, accepted))
     for key, each in own.items():
-        unit, bound = units.get(key, each.units), (beside | given).get(each.above)
+        unit, bound = units.get(key, each.units), (others | given).get(each.above)
         try:
             value = in_si(given.get(key, each.usual), unit)
         except InputError as error:

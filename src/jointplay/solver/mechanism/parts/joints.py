@@ -176,8 +176,8 @@ class Joint(Record):
     @classmethod
     def _of_the_parts(cls, friction: Friction | None, info: ValidationInfo) -> Friction | None:
         contact = info.data.get("contact")
-        told = friction is None and contact is not None and contact.parts is not None
-        return Friction(coefficient=contact.parts.friction.value) if told else friction
+        derived = friction is None and contact is not None and contact.parts is not None
+        return Friction(coefficient=contact.parts.friction.value) if derived else friction
 
     def _stated(self, changed: Mapping[str, Any] = {}) -> dict[str, Any]:
         """Fields but for those that follow from fit or parts; another clearance takes the place of a fit.
@@ -186,14 +186,14 @@ class Joint(Record):
         """
         own, parts = dict(self), self.contact and self.contact.parts
         contact = changed.get("contact")
-        told = dict(contact) if isinstance(contact, Mapping | Contact) else {}
-        brought = not parts and (told.get("parts") or {"pin", "bush"} & told.keys())
+        fields = dict(contact) if isinstance(contact, Mapping | Contact) else {}
+        brought = not parts and (fields.get("parts") or {"pin", "bush"} & fields.keys())
         if brought or (parts and self.friction == Friction(coefficient=parts.friction.value)):
             del own["friction"]
         if parts and not self.ideal:
             given = self.contact.given
-            told = self.data.numbers(self.contact.law, given)
-            own["contact"] = self.contact.with_numbers({k: x for k, x in given.items() if told.get(k) != x})
+            values = self.data.numbers(self.contact.law, given)
+            own["contact"] = self.contact.with_numbers({k: x for k, x in given.items() if values.get(k) != x})
         alone = "clearance" not in changed or changed == {"clearance": self.clearance}
         if (changed.get("fit") or self.fit) and alone:
             del own["clearance"]
@@ -436,15 +436,15 @@ class Contact(Record):
         units = [each.units for each in LAWS[self.law].numbers.values()]
         numbers = [*self.numbers.items()]
         if self.law == "kelvin_voigt":
-            told = (measure(value, unit) for (_, value), unit in zip(numbers, units, strict=True))
+            texts = (measure(value, unit) for (_, value), unit in zip(numbers, units, strict=True))
         else:
-            told = (
+            texts = (
                 f"{name.replace('_', ' ')} {measure(value, unit)}"
                 for (name, value), unit in zip(numbers, units, strict=True)
             )
-            told = (self.law.replace("_", " "), *told)
+            texts = (self.law.replace("_", " "), *texts)
         parts = f" ({self.parts.pin.name} in {self.parts.bush.name})" if self.parts else ""
-        return ", ".join(told) + parts + ("" if self.tension else ", no tension")
+        return ", ".join(texts) + parts + ("" if self.tension else ", no tension")
 
     def __hash__(self) -> int:
         return hash((self.law, *self.numbers.values(), self.tension))
