@@ -65,7 +65,7 @@ def tables(row: Kind) -> str:
         parts.append(f"## Keys of `[analysis]`\n\n{table(HEAD, keys)}")
     rows = [
         (f"`{name}`", f"`{dims}`" if dims else "–", units, markdown(meaning))
-        for name, dims, units, meaning in row.outputs.told()
+        for name, dims, units, meaning in row.outputs.rows()
     ]
     if rows:
         head = ("variable", "over", "unit", "meaning")

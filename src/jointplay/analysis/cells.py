@@ -232,11 +232,11 @@ def growing(analysis: F) -> F:
 
 def in_memory(n_jobs: int | None, work: Work) -> Read:
     """Do work with `n_jobs` processes, `JOBS` if None, and keep the answers in memory."""
-    total, told = sum(len(job.keys) for job in work.jobs), work.progress or (lambda _: None)
+    total, report = sum(len(job.keys) for job in work.jobs), work.progress or (lambda _: None)
 
     def tell(begun: float = 0.0) -> None:
         """Report the finished cells, and the others by the parts that are done."""
-        told(min(1.0, (len(kept.answers) + begun) / total))
+        report(min(1.0, (len(kept.answers) + begun) / total))
 
     kept = Kept(lambda _: tell())
     workers = min(JOBS if n_jobs is None else n_jobs, len(work.jobs))

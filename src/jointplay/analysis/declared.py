@@ -147,7 +147,7 @@ class Outputs:
         """Name of the variable, of those that are there, in the figure of a sweep; None: nothing."""
         return next((name for name in self.shown if name in there), None)
 
-    def told(self) -> Iterator[tuple[str, str, str, str]]:
+    def rows(self) -> Iterator[tuple[str, str, str, str]]:
         """Name, dimensions, units and meaning of each variable but for a run's times and counters."""
         for name, out in (self.coords | self.variables).items():
             if name in RUN and name != "status":
@@ -161,7 +161,7 @@ class Outputs:
     def __str__(self) -> str:
         """The text that stands in a docstring."""
         lines = []
-        for name, dims, units, meaning in self.told():
+        for name, dims, units, meaning in self.rows():
             over = f", over ``{dims.replace(', ', '``, ``')}``" if dims and dims != name else ""
             lines.append(f"- ``{name}``{over}: {meaning}{f' ({units})' if units else ''}")
         return "\n".join([*lines, "", *self.notes()]).rstrip()

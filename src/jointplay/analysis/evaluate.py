@@ -207,8 +207,8 @@ def beyond_the_model(history: Quantities) -> dict[str, str]:
         )
         if deepest > min(DEEP * e, NEAR * end)
     ]
-    asked = "please check the start, the units, the loads and the contact data"
-    return warn(f"{'; '.join(deep)}: {asked}") if deep else {}
+    advice = "please check the start, the units, the loads and the contact data"
+    return warn(f"{'; '.join(deep)}: {advice}") if deep else {}
 
 
 def attributes(name: str) -> dict[str, Any]:

@@ -99,8 +99,8 @@ def analysis(
         def before(given: dict[str, Any]) -> dict[str, Any]:
             return left_out.completed(_as_meant(closes, given))
 
-        told, shared = (*rules, _turns_as_driven(function)), {"model": started, "names": names_of} | more
-        made = checked(*told, before=before, after=_warned, **shared)(_signed(reported(function)))
+        checks, shared = (*rules, _turns_as_driven(function)), {"model": started, "names": names_of} | more
+        made = checked(*checks, before=before, after=_warned, **shared)(_signed(reported(function)))
         made.left_out = left_out
         return made
 

@@ -173,8 +173,8 @@ def peaks(given: Quantities, rows: np.ndarray, sizes: Sizes) -> tuple[Sizes, Siz
     forces = [name for name in (NORMAL, PINS, "force") if name in sizes and given.model.links]
     each = ((name, j, size) for name in forces for j, size in enumerate(sizes[name].T))
     wanted = {(name, j): _tops(size, rows[:, 0]) for name, j, size in each}
-    beside = np.unique(np.concatenate([np.empty(0, dtype=int), *wanted.values()]))
-    places, near = _around(given.model, rows, beside)
+    indices = np.unique(np.concatenate([np.empty(0, dtype=int), *wanted.values()]))
+    places, near = _around(given.model, rows, indices)
     if not len(places):
         return most, sizes
     sizes = {name: size.copy() for name, size in sizes.items()}
@@ -286,10 +286,10 @@ def answer(dataset: xr.Dataset) -> str:
 
 def _forces(dataset: xr.Dataset) -> str:
     whole, normal = _each(dataset, "largest_force"), _each(dataset, "largest_normal_force")
-    beside = {
+    notes = {
         name: f" (normal {normal[name]})" for name in whole if normal.get(name, whole[name]) != whole[name]
     }
-    contact = [f"{name} {size}{beside.get(name, '')}" for name, size in (whole or normal).items()]
+    contact = [f"{name} {size}{notes.get(name, '')}" for name, size in (whole or normal).items()]
     ideal = [f"{name} {size}" for name, size in _each(dataset, "largest_reaction").items()]
     kinds = {"contact": contact, "ideal joints": ideal}
     found = [f"{kind} {', '.join(known)}" for kind, known in kinds.items() if known]

@@ -398,8 +398,8 @@ def _range(given: Mapping[str, Any]) -> dict[str, Any]:
 
 def _two_ranges(given: Mapping[str, Any]) -> dict[str, Any]:
     pairs = {key: _around(given.get("mechanism"), key) for key in ("clearance", "gear_ratio", "speed")}
-    told = {key: pair for key, pair in pairs.items() if pair}
-    return {"plane": told} if len(told) == 2 else {}
+    ranges = {key: pair for key, pair in pairs.items() if pair}
+    return {"plane": ranges} if len(ranges) == 2 else {}
 
 
 def _disc(key: str, value: Any) -> LeftOut:

@@ -118,9 +118,9 @@ def _within_the_run(
 def _one_way(at: Any, steps: bool, samples_per_turn: int | None) -> Iterator[Problem]:
     """Yield a problem where samples are given in two ways."""
     given = {"at": at, "steps": steps, "samples_per_turn": samples_per_turn}
-    ways = [name for name, value in given.items() if value]
-    if len(ways) > 1:
-        yield Problem(ways[-1], given[ways[-1]], f"only one of {', '.join(ways)} is accepted")
+    choices = [name for name, value in given.items() if value]
+    if len(choices) > 1:
+        yield Problem(choices[-1], given[choices[-1]], f"only one of {', '.join(choices)} is accepted")
 
 
 def _samples_fit(

@@ -301,12 +301,12 @@ def assess(  # noqa: D417 (nobody gives it the model)
     known = [[{"status": NOT_RUN}] * count for count in (1, len(keys), len(SIDES) * len(keys))]
 
     def made() -> xr.Dataset:
-        told = {"preparation": ready - began, "step": step, "lasting_share": lasting, "lasting_turns": lasted}
-        told |= ended(first_bad([now, like]), began)
+        data = {"preparation": ready - began, "step": step, "lasting_share": lasting, "lasting_turns": lasted}
+        data |= ended(first_bad([now, like]), began)
         (other,), over, sides = known
         found = assembled(mechanism, keys, now, like, other, over, sides)
         own = {"tolerances": len(spreads)} if spreads else {}
-        return found.assign(OUTPUTS.variables_of(told)[0]).assign_attrs(own | said)
+        return found.assign(OUTPUTS.variables_of(data)[0]).assign_attrs(own | said)
 
     shown(made, 0)
     if now.get("hurried"):
@@ -365,8 +365,8 @@ class Rounds:
             if not left or self.spent >= self.budget:
                 break
             limit = math.inf if needed is None else max(low, 2**cut * (self.budget - self.spent) / len(left))
-            asked = [{"limit": limit, "known": found[i].get("known", {})} | cells[i] for i in left]
-            given = handed_out(function, asked, tell, self.n_jobs, possible=self.possible)
+            requests = [{"limit": limit, "known": found[i].get("known", {})} | cells[i] for i in left]
+            given = handed_out(function, requests, tell, self.n_jobs, possible=self.possible)
             fresh = [each for each in given if each.get("at", 0.0) >= self.began]  # not of an earlier run
             self.spent += sum(each["cpu"] for each in fresh)
             cut += not fresh and not any("known" in each for each in given)  # such begin anew
@@ -526,9 +526,9 @@ def _length(joint: Any) -> float:
 def _contact_data(joint: Any) -> str:
     """Law of contact and friction of a joint, in words."""
     friction = f"friction {joint.friction.description}" if joint.friction else "no friction"
-    law, told = joint.contact.law.replace("_", " "), joint.contact.description
-    told += f", that is {joint.data.secant}" if joint.data else ""
-    return f"{told if told.startswith(law) else f'{law}, {told}'}; {friction}"
+    law, text = joint.contact.law.replace("_", " "), joint.contact.description
+    text += f", that is {joint.data.secant}" if joint.data else ""
+    return f"{text if text.startswith(law) else f'{law}, {text}'}; {friction}"
 
 
 def _sources(joint: Any) -> str:
@@ -654,9 +654,9 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer], s
     found = {n: numbers(n, np.full(shape[2], np.nan)) for n in ("edge", "error", "low", "high", "back")}
     ratio = {name: each / values[:, None, None] for name, each in found.items()}
     speeds = [[_speed(mechanism, key, v) for v in found["edge"][i].flat] for i, key in enumerate(keys)]
-    windows, looked, told = table("windows", 3), table("looked", 1), table("traits", len(CHANGES))
+    windows, looked, traits = table("windows", 3), table("looked", 1), table("traits", len(CHANGES))
     ends = np.sort(windows[..., :2] / values[:, None, None, None], axis=-1)
-    told = np.where(np.isnan(told), TOLD.index(UNKNOWN), told)
+    traits = np.where(np.isnan(traits), TOLD.index(UNKNOWN), traits)
     return {
         "edge_ratio": ratio["edge"],
         "edge_ratio_error": np.abs(ratio["error"]),
@@ -671,8 +671,8 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer], s
         "values_looked_at": np.isfinite(looked).sum(axis=(2, 3)),
         "looked_ratio": looked[..., 0] / values[:, None, None],
         "looked_period": table("periods", 1)[..., 0],
-        "looked_contact_loss": told[..., CHANGES.index("contact_loss")],
-        "looked_chaos": told[..., CHANGES.index("chaos")],
+        "looked_contact_loss": traits[..., CHANGES.index("contact_loss")],
+        "looked_chaos": traits[..., CHANGES.index("chaos")],
         "looked_state": table("states", states),
         "window_low": ends[..., 0],
         "window_high": ends[..., 1],

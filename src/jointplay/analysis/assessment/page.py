@@ -101,11 +101,11 @@ def part(dataset: Dataset, number: int, source: str = "STUDY.toml") -> str:
 def _at_once(dataset: Dataset, _: str) -> list[str]:
     """The title, the verdict, and the forces and contacts behind it."""
     name = str(dataset.attrs.get("title") or dataset.attrs.get("study") or "assessment")
-    lines = [name, "=" * len(name), "", "Verdict", *(f"  {line}" for line in _told(dataset)), *_slow(dataset)]
+    lines = [name, "=" * len(name), "", "Verdict", *(f"  {line}" for line in _text(dataset)), *_slow(dataset)]
     return [*lines, "", *_forces(dataset), "", *_contacts(dataset), *(f"  {line}" for line in _worn(dataset))]
 
 
-def _told(dataset: Dataset) -> list[str]:
+def _text(dataset: Dataset) -> list[str]:
     """The verdict in sentences."""
     if _grade(dataset) == UNKNOWN:
         return ["No forces are known: the motion was not followed to its end."]
@@ -486,9 +486,9 @@ def _worn(dataset: Dataset) -> Iterator[str]:
     names |= {"sliding_work_per_hour": "{} an hour"}
     for joint in _joints(dataset.isel(joint=dataset["clearance"].values > 0)):
         known = [(dataset[name].sel(joint=joint), text) for name, text in names.items() if name in dataset]
-        told = [text.format(measured(one, one, 3)) for one, text in known if np.isfinite(one)]
-        if told:
-            yield f"Joint {joint}: {', '.join(told)}"
+        texts = [text.format(measured(one, one, 3)) for one, text in known if np.isfinite(one)]
+        if texts:
+            yield f"Joint {joint}: {', '.join(texts)}"
 
 
 def _value(dataset: Dataset, key: str, ratio: float, digits: int = 6) -> str:
@@ -632,9 +632,9 @@ def _command(dataset: Dataset, key: str, side: str, ratio: float, source: str) -
     value = float(dataset["present_value"].sel(parameter=key))
     low, high = sorted((value, value * (1 + 1.1 * (ratio - 1))))
     span = f"{{start={low:.6g},stop={high:.6g},num={DIAGRAM}}}"
-    way = "down" if (side == "below") == (value > 0) else "up"
+    direction = "down" if (side == "below") == (value > 0) else "up"
     named = f"name={key.replace('.', '_')}_{side} 'figure={{separations=true}}'"
-    settings = f"kind=bifurcation {named} 'analysis={{direction=\"{way}\",exponents=1}}'"
+    settings = f"kind=bifurcation {named} 'analysis={{direction=\"{direction}\",exponents=1}}'"
     return f"jointplay run {source} --set {settings} 'vary.{key}={span}'"
 
 

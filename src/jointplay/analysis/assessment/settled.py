@@ -200,14 +200,14 @@ def approached(orbit: Orbit, section: SectionMap, point: np.ndarray) -> bool:
     largest = int(np.argmax(np.abs(values)))
     if not abs(values[largest]) < 1:
         return False
-    there, way, expected = orbit.map, left[:, largest], abs(values[largest]) ** APPROACH
+    there, eigenvector, expected = orbit.map, left[:, largest], abs(values[largest]) ** APPROACH
     ahead = (there.phase - section.phase) * there.direction % (2 * np.pi)
     state = section.moved(point, ahead)[1].state if ahead else point
     for _ in range(STRETCHES):
         image = there.image(state, False, APPROACH)
         if image.status:
             return False
-        before, after = (abs(way @ there.differ(each, orbit.state)) for each in (state, image.state))
+        before, after = (abs(eigenvector @ there.differ(each, orbit.state)) for each in (state, image.state))
         if np.max(np.abs(there.differ(image.state, orbit.state))) < CLOSE:
             return True
         if not after < before * (1 + expected) / 2:

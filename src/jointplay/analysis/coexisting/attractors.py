@@ -214,8 +214,8 @@ def identities(
         numbers.append([here[b] for b in range(len(motions[j]))])
         ended = set(range(len(motions[i]))) - {a for a, _, _ in pairs}
         begun = set(range(len(motions[j]))) - {b for _, b, _ in pairs}
-        ways = ((ended, i, j, EVENTS[2:]), (begun, j, i, EVENTS[:2]))
-        for those, at, away, kinds in ways:
+        directions = ((ended, i, j, EVENTS[2:]), (begun, j, i, EVENTS[:2]))
+        for those, at, away, kinds in directions:
             for n in sorted(those):
                 to = lands.get((at, n, away), -1)
                 near = to >= 0 and distance(motions[at][n], motions[away][to])[0] <= reach
@@ -291,10 +291,10 @@ def answer(result: xr.Dataset) -> str:
     order = np.argsort(-np.nansum(share.values, axis=0), kind="stable")
     lines.append("; ".join(_motion(result, name, int(n), there[:, n]) for n in order[:LISTED]))
     kinds, counts = np.unique(codes.words(result["change_kind"]).values, return_counts=True)
-    told = [counted(int(n), str(kind)) for kind, n in zip(kinds, counts, strict=True)]
+    texts = [counted(int(n), str(kind)) for kind, n in zip(kinds, counts, strict=True)]
     unsettled = float(result["fraction_unsettled"].max())
-    told += [f"up to {plain(100 * unsettled, 3)} % of the starts did not settle"] if unsettled > 0 else []
-    return "\n".join([*lines, *([", ".join(told)] if told else [])])
+    texts += [f"up to {plain(100 * unsettled, 3)} % of the starts did not settle"] if unsettled > 0 else []
+    return "\n".join([*lines, *([", ".join(texts)] if texts else [])])
 
 
 def _at(result: xr.Dataset, name: str, place: int) -> str:

@@ -215,11 +215,11 @@ class Knock:
         return _shifted(model, of, amount * np.array([math.cos(direction), math.sin(direction)]))
 
 
-def _shifted(model: Model, joint: str, way: np.ndarray) -> Model | None:
+def _shifted(model: Model, joint: str, shift: np.ndarray) -> Model | None:
     journals, at = Journals(model), 2 * model.joints.index(joint)
     states, before = model.state[None, :], journals.eccentricity_ratios(model.state[None, :])
     positions = journals.positions(states).copy()
-    positions[:, at : at + 2] += way
+    positions[:, at : at + 2] += shift
     put = journals.put(states, positions, journals.velocities(states))
     inside = journals.eccentricity_ratios(put) <= np.maximum(before, 1.0) * INSIDE
     return replace(model, state=put[0]) if inside.all() else None
@@ -354,9 +354,9 @@ class Smallest:
 def smallest(knocked: Knocked, phases: int, directions: int, sizes: np.ndarray) -> Smallest | None:
     """The smallest knock of a kind that tips a motion; None if none of the sizes does."""
     phases = 1 if knocked.section is None else phases
-    ways = directions if knocked.knock.plane else 2
+    count = directions if knocked.knock.plane else 2
     turns = [math.tau * k / phases for k in range(phases)]
-    aims = [math.tau * k / ways for k in range(ways)]
+    aims = [math.tau * k / count for k in range(count)]
     places = [Place(*each) for each in product(range(len(knocked.points)), turns, aims)]
     low, high = knocked.within(places, sizes)
     order = [n for n in np.argsort(high, kind="stable")[:BEST] if np.isfinite(high[n])]
@@ -366,7 +366,7 @@ def smallest(knocked: Knocked, phases: int, directions: int, sizes: np.ndarray) 
     low, high = knocked.halved(some, low[order], high[order])
     n = int(np.argmin(high))
     best = some[n], float(low[n]), float(high[n])
-    steps = math.tau / phases / 2 if phases > 1 else 0.0, math.tau / ways / 2 if knocked.knock.plane else 0.0
+    steps = math.tau / phases / 2 if phases > 1 else 0.0, math.tau / count / 2 if knocked.knock.plane else 0.0
     for _ in range(ROUNDS):
         best, steps = _improved(knocked, best, steps)
     return _checked(knocked, *best)

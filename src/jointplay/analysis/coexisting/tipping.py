@@ -109,8 +109,8 @@ def _knock(one: xr.Dataset) -> str:
             parts.append(f"{name} of {measure(size, units, 3)} leads to {other}{sure}")
     found = sorted({int(p) for p in one["edge_period"].values if p > 0})
     edges = f"; on the boundary lies a state of period {', '.join(map(str, found))}" if found else ""
-    told = ", ".join(parts) or "no knock that was tried tips it"
-    return f"motion {int(one['number'])} (period {int(one['period']) or 'none'}): {told}{edges}"
+    text = ", ".join(parts) or "no knock that was tried tips it"
+    return f"motion {int(one['number'])} (period {int(one['period']) or 'none'}): {text}{edges}"
 
 
 def _unsure(one: xr.Dataset, k: int, units: str) -> str:
@@ -118,11 +118,11 @@ def _unsure(one: xr.Dataset, k: int, units: str) -> str:
     names = ("knock_size", "knock_safe", "confirmed_size", "tipping_share")
     size, safe, sure, share = (float(one[name].values[k]) for name in names)
     below = "all smaller ones" if safe >= CLOSE * size else f"those up to {measure(safe, units, 3)}"
-    told = [f"{below} that were tried return"] if safe > 0 else []
+    reasons = [f"{below} that were tried return"] if safe > 0 else []
     why = ", as at a fractal boundary" if share < 1 else ""  # else what it leads to has not settled
-    told.append(f"{plain(100 * share, 3)} % of those up to 1.2 times its size tip{why}")
-    told.append(f"{measure(sure, units, 3) if np.isfinite(sure) else 'none'} is confirmed")
-    return f" (not confirmed: {', '.join(told)})"
+    reasons.append(f"{plain(100 * share, 3)} % of those up to 1.2 times its size tip{why}")
+    reasons.append(f"{measure(sure, units, 3) if np.isfinite(sure) else 'none'} is confirmed")
+    return f" (not confirmed: {', '.join(reasons)})"
 
 
 OUTPUTS = Outputs(
@@ -488,8 +488,8 @@ class Boundary:
         fastest = int(np.argmax(np.abs(change)))
         if abs(change[fastest]) <= AT_REST * MOMENT:
             return None
-        name, way = state_names(self.section.model)[fastest], "up" if change[fastest] > 0 else "down"
-        plane = Plane(quantity=name, value=float(state[fastest]), direction=way)
+        name, direction = state_names(self.section.model)[fastest], "up" if change[fastest] > 0 else "down"
+        plane = Plane(quantity=name, value=float(state[fastest]), direction=direction)
         return section_map(self.cut(name), plane, 1, self.section.rtol, self.section.max_steps)
 
 

@@ -38,6 +38,7 @@ from jointplay.analysis.labels import Out, along, ended, units, xr
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.branch import WHY, Branch
 from jointplay.analysis.orbits.branch_dataset import (
+    annotated,
     coordinate_outs,
     coordinates,
     end_outs,
@@ -46,7 +47,6 @@ from jointplay.analysis.orbits.branch_dataset import (
     grazed,
     grazed_outs,
     place,
-    told,
 )
 from jointplay.analysis.orbits.branch_points import KINDS as SPECIAL
 from jointplay.analysis.orbits.continuation import STEP, Explorer
@@ -95,12 +95,12 @@ def labels_fit(
     known = [FROM.get(SPECIAL[kind], SPECIAL[kind]) for kind in branches["special_kind"].values]
     wrong = [i for i, label in enumerate(labels or ()) if label >= len(known)]
     for i in wrong:
-        told = f"the number of a special point, 0 to {len(known) - 1}, is accepted"
-        yield Problem(f"labels[{i}]", labels[i], told if known else "the branches have no special points")
+        expected = f"the number of a special point, 0 to {len(known) - 1}, is accepted"
+        yield Problem(f"labels[{i}]", labels[i], expected if known else "the branches have no special points")
     chosen = known if labels is None else [known[label] for label in labels if label < len(known)]
     if not wrong and not any(kind in of for kind in chosen):
-        told = f"a special point is needed there from which a curve of {', '.join(of)} can start"
-        yield Problem("branches" if labels is None else "labels", list(dict.fromkeys(chosen)), told)
+        expected = f"a special point is needed there from which a curve of {', '.join(of)} can start"
+        yield Problem("branches" if labels is None else "labels", list(dict.fromkeys(chosen)), expected)
 
 
 def key_of(branches: xr.Dataset) -> str:
@@ -249,8 +249,8 @@ def _line(result: xr.Dataset, number: int) -> str:
         long = str(result[name].attrs.get("long_name", name))
         spans.append(f"{long} {low} to {high}")
     first, last = (WHY.get(end, end) for end in codes.words(one["curve_end"]).values)
-    told = f"both ends: {first}" if first == last else f"first end: {first}; last end: {last}"
-    return f"{kind}, {int(one['n_points'])} points: {', '.join(spans)}; {told}"
+    reasons = f"both ends: {first}" if first == last else f"first end: {first}; last end: {last}"
+    return f"{kind}, {int(one['n_points'])} points: {', '.join(spans)}; {reasons}"
 
 
 def _meetings(result: xr.Dataset) -> list[str]:
@@ -408,7 +408,7 @@ def curve(
     stopped = "interrupted" in (*reached, *(end for each in curves for end in each.branch.ends))
     values |= ended(INTERRUPTED if stopped else orbit.status, began)
     of = units(isinstance(mechanism, Mechanism))
-    return told(OUTPUTS.dataset(values, of, orbit.map.model, groups=groups, **about), orbit.map.model)
+    return annotated(OUTPUTS.dataset(values, of, orbit.map.model, groups=groups, **about), orbit.map.model)
 
 
 def _stopped(branches: Sequence[Branch], line: Family, axis: Axis) -> dict[str, str]:

@@ -406,8 +406,8 @@ def coincident(orbit: Orbit, event: tuple[int, int]) -> tuple[float, Coincidence
         return None
     speeds = np.abs(sliding(model, own[:, TIME:], contact)[:, 0])
     row = own[int(np.argmin(speeds))]
-    beside = EARLIER * spacing(section, orbit.image) * np.array([-1.0, 1.0])
-    rows, status = section.sampled(orbit.state, row[TIME] + beside, False)
+    offsets = EARLIER * spacing(section, orbit.image) * np.array([-1.0, 1.0])
+    rows, status = section.sampled(orbit.state, row[TIME] + offsets, False)
     modes = rows[:, 1 + len(model.state) + contact].astype(int)
     sides = [SIDES[mode] for mode in modes if mode in SIDES]
     near = guards.nearest(section, orbit.state, orbit.image.time, events)

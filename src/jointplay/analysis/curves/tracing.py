@@ -359,8 +359,8 @@ def starts_of(
 def _before(branch: Branch, special: Special) -> Point:
     """Point next to a grazing that has fewer events."""
     at = next(i for i, point in enumerate(branch.points) if point is special.point)
-    beside = [branch.points[i] for i in (at - 1, at + 1) if 0 <= i < len(branch.points)]
-    others = [point for point in beside if not same_orbit_events(point, special.point)]
+    neighbours = [branch.points[i] for i in (at - 1, at + 1) if 0 <= i < len(branch.points)]
+    others = [point for point in neighbours if not same_orbit_events(point, special.point)]
     return min([special.point, *others], key=lambda point: len(point.orbit.image.events))
 
 

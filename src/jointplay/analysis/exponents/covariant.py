@@ -290,19 +290,19 @@ def _named(part: str) -> str:
 
 
 def _doubts(result: xr.Dataset) -> str:
-    told, loose = [], np.zeros(0)
+    doubts, loose = [], np.zeros(0)
     if "settling_residual" in result:
         loose = result["vector"].values[result["settling_residual"].values > UNSETTLED]
     if loose.size:
         numbers = ", ".join(map(str, loose))
-        told.append(
+        doubts.append(
             f"vectors {numbers} have not settled: lengthen settling or transient, unless exponents are equal"
         )
     if float(result["block_spread"]) > COARSE:
-        told.append("directions shrink so differently that the last vectors are inaccurate")
+        doubts.append("directions shrink so differently that the last vectors are inaccurate")
     if lost := int(result["lost"]):
-        told.append(f"{lost} direction{'s' * (lost > 1)} lost at events, without a vector")
-    return "; ".join(told)
+        doubts.append(f"{lost} direction{'s' * (lost > 1)} lost at events, without a vector")
+    return "; ".join(doubts)
 
 
 BETWEEN = "smallest angle between the first vectors and all others"

@@ -227,7 +227,7 @@ def gradient(
     began = time.perf_counter()
     quantities = [selection.quantity(name) for name in of or selection.usual_quantities(mechanism)]
     usual = selection.usual_parameters(mechanism)
-    keys, told = rules.usual_alike(mechanism, usual) if orbit and not by else (by or usual, {})
+    keys, attributes = rules.usual_alike(mechanism, usual) if orbit and not by else (by or usual, {})
     orbits = np.array([each.how in selection.MULTIPLIERS for each in quantities])
     inside = [each for each, of_orbit in zip(quantities, orbits, strict=True) if not of_orbit]
     powers = any(each.how == "work" for each in quantities)
@@ -274,7 +274,7 @@ def gradient(
         table["stable"] = stability(multipliers(found.image.derivative))
         table |= {"orbit_state": run.model.state, "orbit_state_derivative": run.directions.starts.T}
         table["state"] = np.array(state_names(run.model))
-    return OUTPUTS.dataset(table, **told, **(found.trouble if found else {}))
+    return OUTPUTS.dataset(table, **attributes, **(found.trouble if found else {}))
 
 
 def _start(mechanism: Mechanism | TestSystem, initial: Any) -> Any:
@@ -334,9 +334,9 @@ def _direction(parameter: Parameter, start: Any) -> Directions:
     try:
         return parameter.directions(lambda there: placed(there, start))
     except InputError as error:
-        told = "; ".join(each.expected for each in error.problems)
+        reasons = "; ".join(each.expected for each in error.problems)
         accepted = "a parameter that can change to both sides is accepted"
-        raise refuse(parameter.key, f"{accepted}: {told}", "by") from None
+        raise refuse(parameter.key, f"{accepted}: {reasons}", "by") from None
 
 
 def _moving(orbit: Orbit, cut: SectionMap, directions: Directions) -> tuple[Model, Directions]:
@@ -562,9 +562,9 @@ def peak(model: Model, key: str, sign: float, end: float, turns: float, rtol: fl
         found = sign * values(model, rows, key)
         top = int(np.nanargmax(found))
         at = float(rows[top, 0])
-        beside = (times[-1] - times[0]) / len(times) / 2  # where a sample or a step does not bound the top
+        margin = (times[-1] - times[0]) / len(times) / 2  # where a sample or a step does not bound the top
         samples, events = records.samples[:, 0], records.events[:, 2]
-        marks = np.concatenate([samples[abs(samples - at) > beside], events])
+        marks = np.concatenate([samples[abs(samples - at) > margin], events])
         low, high = marks[marks < at].max(initial=0.0), marks[marks > at].min(initial=end)
         times = np.unique(np.append(np.linspace(low, high, CLOSER), at))
     if np.any(records.events[:, 2] == at):

@@ -67,8 +67,8 @@ def labels(quantities: list, keys: tuple[str, ...], mechanism: Mechanism | TestS
         else (Parameter(mechanism, key).noun, Parameter(mechanism, key).cf_units)
         for key in keys
     ]
-    told = [(each.noun, each.units) for each in quantities]
-    return columns("quantity", [each.name for each in quantities], told) | columns("parameter", keys, named)
+    words = [(each.noun, each.units) for each in quantities]
+    return columns("quantity", [each.name for each in quantities], words) | columns("parameter", keys, named)
 
 
 def columns(dim: str, keys: Sequence[str], words: Sequence[tuple[str, str]]) -> dict[str, Any]:

@@ -122,11 +122,11 @@ def answer(result: xr.Dataset) -> str:
 def _changes(result: xr.Dataset) -> str:
     columns = ("parameter_name", "first_value", "optimum", "parameter_units")
     rows = zip(*(result[name].values for name in columns), strict=True)
-    told = [
+    texts = [
         f"{name} from {measure(float(first), units)} to {measure(float(last), units)}"
         for name, first, last, units in rows
     ]
-    return ", ".join(told[:LISTED]) + (" and others" if len(told) > LISTED else "")
+    return ", ".join(texts[:LISTED]) + (" and others" if len(texts) > LISTED else "")
 
 
 def _before_and_after(result: xr.Dataset) -> Iterator[str]:
@@ -145,7 +145,7 @@ def _play(result: xr.Dataset) -> str:
 
 def _missed(result: xr.Dataset) -> list[str]:
     """Constraints that the best design misses, and the bounds that it stands at."""
-    told = []
+    missed = []
     for one in (result.isel(quantity=i) for i in range(result.sizes["quantity"])):
         value, low, high = (float(one[name]) for name in ("value", "limit_low", "limit_high"))
         beyond = value > high or low == -math.inf
@@ -153,12 +153,12 @@ def _missed(result: xr.Dataset) -> list[str]:
         limit = f"at most {measure(high, units)}" if beyond else f"at least {measure(low, units)}"
         if not low <= value <= high and (low, high) != INFINITE:
             now = measure(value, units) if np.isfinite(value) else "unknown"
-            told.append(f"{one['quantity_name'].item()} is {now}, and {limit} is required")
+            missed.append(f"{one['quantity_name'].item()} is {now}, and {limit} is required")
     low, high, at = (result[name].values for name in ("low", "high", "optimum"))
     ends = ((at - low <= 1e-6 * (high - low), "lowest"), (high - at <= 1e-6 * (high - low), "highest"))
     names = result["parameter_name"].values
     bound = [f"{names[i]} at its {word} value" for there, word in ends for i in np.flatnonzero(there)]
-    return ["; ".join(told), ", ".join(bound)][: 1 + bool(bound)]
+    return ["; ".join(missed), ", ".join(bound)][: 1 + bool(bound)]
 
 
 OUTPUTS = Outputs(
@@ -382,8 +382,8 @@ def optimise(
     table["side"] = np.array(["below", "above"])
     course = next((course for _, course in runs if course is not None), None)
     of = None if course is None else {key: course.attrs[word] for key, word in COURSE.items()}
-    told = f"least {least}" if least else f"largest {most}" if most else "smallest change of the parameters"
-    return OUTPUTS.dataset(table, of=of, aim=told, tolerance=tolerance, neighbourhood=neighbourhood)
+    goal = f"least {least}" if least else f"largest {most}" if most else "smallest change of the parameters"
+    return OUTPUTS.dataset(table, of=of, aim=goal, tolerance=tolerance, neighbourhood=neighbourhood)
 
 
 def _designs_tried(trials: Trials, aim: Aim) -> dict[str, Any]:

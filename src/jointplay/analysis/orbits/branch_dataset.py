@@ -357,7 +357,7 @@ def grazed_outs(of: str, text: str) -> dict[str, Out]:
     }
 
 
-def told(found: xr.Dataset, model: Model) -> xr.Dataset:
+def annotated(found: xr.Dataset, model: Model) -> xr.Dataset:
     """The dataset, whose ends are explained and whose contacts have a model's names."""
     for name, each in found.data_vars.items():
         if str(name).endswith("_event_joint"):

@@ -28,11 +28,11 @@ from jointplay.analysis.orbits.arclength import first
 from jointplay.analysis.orbits.branch import WHY, Branch, Tracer
 from jointplay.analysis.orbits.branch_dataset import (
     DIMS,
+    annotated,
     coordinate_outs,
     end_outs,
     grazed_outs,
     sloped,
-    told,
 )
 from jointplay.analysis.orbits.branch_points import KINDS, Special, departures
 from jointplay.analysis.orbits.family import Family, Point
@@ -72,14 +72,14 @@ def _branch(result: xr.Dataset, name: str, b: int) -> str:
     values = one[name].values[: int(one["n_points"])]
     ends, stable = codes.words(one["branch_end"]).values, codes.words(one["stable"]).values[: len(values)]
     places = zip(values[[0, -1]], ends, strict=True)
-    told = [f"ended at {measured(v, result[name])}: {WHY.get(end, end)}" for v, end in places]
+    texts = [f"ended at {measured(v, result[name])}: {WHY.get(end, end)}" for v, end in places]
     if ends[0] == ends[1] == "range":
         low, high = (measured(end, result[name]) for end in (values.min(), values.max()))
-        told = [f"over the whole range, {low} to {high}"]
+        texts = [f"over the whole range, {low} to {high}"]
     share = np.count_nonzero(stable == "stable")
     how = "stable" if share == len(values) else f"stable at {share} of {len(values)} points"
     period = plain(float(np.nanmax(one["period"].values)), 4)
-    return f"branch {b + 1}, period {period}, {how}: {' and '.join(told)}"
+    return f"branch {b + 1}, period {period}, {how}: {' and '.join(texts)}"
 
 
 def _special(result: xr.Dataset) -> str:
@@ -216,7 +216,7 @@ def continuation(
     values |= ended(INTERRUPTED if stopped else orbit.status, began)
     of = {"units": axis.units} | units(isinstance(mechanism, Mechanism))
     found = OUTPUTS.dataset(values, of, requested.model, groups=groups, parameter=axis.name, **orbit.trouble)
-    return told(found, requested.model)
+    return annotated(found, requested.model)
 
 
 @dataclass

@@ -78,8 +78,8 @@ class Orbit:
     @property
     def trouble(self) -> dict[str, str]:
         """Why nothing was found, as an attribute of a result; none where a run failed: its status tells."""
-        told = f"no periodic orbit of {counted(self.map.turns, 'turn')} was found near the motion; {TRY}"
-        return {} if self.status != FAILED or self.image.status else {"trouble": told}
+        text = f"no periodic orbit of {counted(self.map.turns, 'turn')} was found near the motion; {TRY}"
+        return {} if self.status != FAILED or self.image.status else {"trouble": text}
 
 
 def residual(section: SectionMap, state: np.ndarray, image: Image) -> np.ndarray:

@@ -195,10 +195,10 @@ def basins(  # noqa: D417 (nobody gives it the model)
     extra, distances = random_pairs(axes, pairs if uncertainty else 0)
     values = np.concatenate([nodes, extra.reshape(-1, 2)])
     if refine:
-        answers, told = _adaptive(starts, axes, refine, extra, observation, *handing)
+        answers, refinement = _adaptive(starts, axes, refine, extra, observation, *handing)
     else:
-        answers, told = _ended(starts, values, observation, *handing), {}
-    status, periods, ways, states = answers
+        answers, refinement = _ended(starts, values, observation, *handing), {}
+    status, periods, followed, states = answers
     points = [features(starts.model, end) if len(end) else end for end in states]
     sorted_ends, on_saddle, said = without_saddles(
         match(periods, points, observation.tolerance), states, starts.model, observation
@@ -206,9 +206,9 @@ def basins(  # noqa: D417 (nobody gives it the model)
     attractors, on_saddle = _renumbered(sorted_ends, len(nodes)), on_saddle[: len(nodes)]
     labels, status = attractors.labels[: len(nodes)], status[: len(nodes)]
     shape, count = tuple(map(len, axes.values())), len(attractors.periods)
-    table, ways = labels.reshape(shape), np.array(ways[: len(nodes)]).reshape(shape)
+    table, followed = labels.reshape(shape), np.array(followed[: len(nodes)]).reshape(shape)
     ended_at = np.where(on_saddle, SADDLE, status).reshape(shape)
-    found = {"attractor": table, "node_status": ended_at, "followed": ways} | told
+    found = {"attractor": table, "node_status": ended_at, "followed": followed} | refinement
     found |= _fractions(attractors, len(nodes), int(np.sum(status != BAD)))
     found |= _section_points(attractors, states, starts)
     if uncertainty:
@@ -316,8 +316,8 @@ def random_pairs(axes: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray
     distances = step * 0.5 ** np.arange(1, HALVINGS + 1)
     random = np.random.default_rng(SEED)
     inside, angle = random.uniform(size=(count, 1, 2)), random.uniform(0, math.tau, size=(count, 1))
-    way = np.stack([np.cos(angle), np.sin(angle)], -1)
-    partners = inside + way * distances[None, :, None]
+    direction = np.stack([np.cos(angle), np.sin(angle)], -1)
+    partners = inside + direction * distances[None, :, None]
     return low + size * np.concatenate([inside, partners], axis=1), distances
 
 

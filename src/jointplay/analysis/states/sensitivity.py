@@ -251,8 +251,8 @@ def sensitivity(  # noqa: D417 (nobody gives it the model)
         over = starts.axes(axes)
         statuses.append(plane_status(found["node_status"]))
     lost = statuses[0] == FAILED == max(statuses) and np.isfinite(found.get("distance", np.nan)).all()
-    told = {"trouble": NONE} if lost else {}
-    return OUTPUTS.dataset(found | ended(max(statuses), began), plane=over, **told)
+    attributes = {"trouble": NONE} if lost else {}
+    return OUTPUTS.dataset(found | ended(max(statuses), began), plane=over, **attributes)
 
 
 def _count(neighbours: Any, plane: Any) -> Any:

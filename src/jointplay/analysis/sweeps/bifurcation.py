@@ -173,7 +173,7 @@ def answer(dataset: xr.Dataset) -> str:
     if "period" not in dataset:
         every = [str(dim) for dim in dataset["cell_status"].dims if dim not in ("start", "direction")]
         return "\n".join(codes.failures(dataset, every))
-    return "\n".join([*_told(dataset), *_saved(dataset)])
+    return "\n".join([*_lines(dataset), *_saved(dataset)])
 
 
 def _saved(dataset: xr.Dataset) -> list[str]:
@@ -187,14 +187,14 @@ def _saved(dataset: xr.Dataset) -> list[str]:
     ]
 
 
-def _told(dataset: xr.Dataset) -> list[str]:
+def _lines(dataset: xr.Dataset) -> list[str]:
     """Lines on the motions of all points."""
     words = motions(dataset)
-    beside = [dim for dim in ("start", "direction") if dim in words.dims]
-    dims = [str(dim) for dim in words.dims if dim not in beside]
+    outer = [dim for dim in ("start", "direction") if dim in words.dims]
+    dims = [str(dim) for dim in words.dims if dim not in outer]
     lines = codes.failures(dataset, dims)
-    stacked = words.transpose(*beside, *dims).values.reshape(-1, *(dataset.sizes[dim] for dim in dims))
-    names = _sweep_names(words, beside)
+    stacked = words.transpose(*outer, *dims).values.reshape(-1, *(dataset.sizes[dim] for dim in dims))
+    names = _sweep_names(words, outer)
     axes = [dataset[dim] for dim in dims]
     if all(np.array_equal(stacked[0], other) for other in stacked[1:]):
         return [*lines, codes.tally(stacked[0], axes), *_windows(stacked[0], axes)]
@@ -229,10 +229,10 @@ def _differ(words: np.ndarray) -> np.ndarray:
     return np.logical_or.reduce([*apart, np.zeros(words.shape[1:], dtype=bool)])
 
 
-def _sweep_names(words: xr.DataArray, beside: Sequence[str]) -> list[str]:
+def _sweep_names(words: xr.DataArray, outer: Sequence[str]) -> list[str]:
     """Names of the sweeps along directions and starts."""
     names = [""]
-    for dim in beside:
+    for dim in outer:
         labels = words[dim].values if dim in words.coords else range(words.sizes[dim])
         named = [str(label) if dim == "direction" else f"start {label}" for label in labels]
         names = [f"{name} {each}".strip() for name in names for each in named]

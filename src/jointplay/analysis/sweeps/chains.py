@@ -64,13 +64,13 @@ class Sweep:
         """The chains, each with the grid indices of its points."""
         chains = []
         *others, last = (range(n) for n in self.shape[: len(self.axes)])
-        for *other, (d, way), s in product(*others, enumerate(self.directions), range(len(self.starts))):
-            indices = [(*other, n, d, s) for n in (reversed(last) if way == "down" else last)]
+        for *rest, (d, direction), s in product(*others, enumerate(self.directions), range(len(self.starts))):
+            indices = [(*rest, n, d, s) for n in (reversed(last) if direction == "down" else last)]
             block = -(-len(last) // groups(len(last), TOGETHER)) if self._plans[False].ensemble else BLOCK
-            size = block if way == "reset" else len(indices)
+            size = block if direction == "reset" else len(indices)
             for at in range(0, len(indices), size):
                 some = indices[at : at + size]
-                chains.append((self._chain(some, self.starts[s], way != "reset"), some))
+                chains.append((self._chain(some, self.starts[s], direction != "reset"), some))
         return chains
 
     @cached_property
@@ -80,8 +80,8 @@ class Sweep:
         varied = largest(self.mechanism, {axis.key: axis.values for axis in self.axes})
         side, plans = math.prod(others) * len(self.starts), {}
         for carried in (False, True):
-            ways = sum((way != "reset") == carried for way in self.directions)
-            count = side * ways * (1 if carried else last)
+            sweeps = sum((direction != "reset") == carried for direction in self.directions)
+            count = side * sweeps * (1 if carried else last)
             together = in_lanes(self.plan.ensemble, varied, self.plan.rtol, count)
             plans[carried] = replace(self.plan, ensemble=together)
         return plans
@@ -112,7 +112,7 @@ class Sweep:
 
     def warm(self) -> None:
         """Compile the code that the first and the last point need, so that workers find it on the disk."""
-        for corner, carried in product((0, -1), {way != "reset" for way in self.directions}):
+        for corner, carried in product((0, -1), {direction != "reset" for direction in self.directions}):
             brief = replace(self._plans[carried], turns=1, transient=0, lyapunov_turns=1)
             change = {axis.key: axis.values[corner] for axis in self.axes}
             Chain(("",), self.mechanism, (change,), self.starts[0], brief, False).run(Kept())

@@ -251,9 +251,9 @@ def located(look: Look, factors: int, factor: int) -> tuple[int, Edges | None, i
     if not brackets:
         return NO_EDGE if len(sides) == SCAN else OPEN, None, SCAN
     ends = np.array([[line[a, factor], line[b, factor]] for a, b in brackets])
-    ways = np.array([seen[b] for _, b in brackets])
+    outcomes = np.array([seen[b] for _, b in brackets])
     zeros = np.zeros((len(ends), factors))
-    places, count = _halved(look, zeros, factor, ends, ways)
+    places, count = _halved(look, zeros, factor, ends, outcomes)
     count += SCAN
     slopes, bends = np.zeros((2, len(places), factors))
     others = [j for j in range(factors) if j != factor]
@@ -267,14 +267,14 @@ def located(look: Look, factors: int, factor: int) -> tuple[int, Edges | None, i
     steps = places[own, None] + near * np.linspace(-1.0, 1.0, STEPS)
     codes = look(_along(base, factor, steps)).reshape(steps.shape)
     count += steps.size
-    after = codes == ways[own, None]
+    after = codes == outcomes[own, None]
     single = np.all(np.diff(after.astype(int), axis=1) >= 0, axis=1) & ~after[:, 0] & after[:, -1]
     if not np.all(single & np.all(codes <= YES, axis=1)):
         return UNCLEAR, None, count
     first = after.argmax(axis=1)
     rows = np.arange(len(stars))
     ends = np.stack([steps[rows, first - 1], steps[rows, first]], axis=1)
-    far, more = _halved(look, base, factor, ends, ways[own])
+    far, more = _halved(look, base, factor, ends, outcomes[own])
     for k in range(len(places)):
         for j in others:
             low, high = (far[(own == k) & (stars[:, 1] == j) & (stars[:, 2] == s)][0] for s in (-ARM, ARM))
@@ -290,15 +290,15 @@ def _along(base: np.ndarray, factor: int, places: np.ndarray) -> np.ndarray:
 
 
 def _halved(
-    look: Look, base: np.ndarray, factor: int, ends: np.ndarray, ways: np.ndarray
+    look: Look, base: np.ndarray, factor: int, ends: np.ndarray, outcomes: np.ndarray
 ) -> tuple[np.ndarray, int]:
-    """Places between ends at which the outcome becomes that of its way, and the number of runs."""
+    """Places between ends at which the outcome becomes that of `outcomes`, and the number of runs."""
     count, rows = 0, np.arange(len(ends))
     while np.max(np.diff(ends)) > RESOLUTION:
         inner = np.linspace(ends[:, 0], ends[:, 1], INNER + 2, axis=1)
         codes = look(_along(base, factor, inner[:, 1:-1])).reshape(len(ends), INNER)
         count += codes.size
-        after = np.hstack([codes == ways[:, None], np.ones((len(ends), 1), dtype=bool)])
+        after = np.hstack([codes == outcomes[:, None], np.ones((len(ends), 1), dtype=bool)])
         first = after.argmax(axis=1)  # what is undecided lies before the edge
         ends = np.stack([inner[rows, first], inner[rows, first + 1]], axis=1)
     return ends.mean(axis=1), count

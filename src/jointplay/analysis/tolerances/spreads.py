@@ -125,8 +125,8 @@ class Spread(Record):
             yield Problem("", forms or sorted(given), f"one of {', '.join(FORMS)} is accepted")
             return
         (form,) = forms
-        beside = {"values": {"weights"}, "fit": {"diameter", "cp", "cpk"}, "within": {"cp", "cpk"}}
-        taken = beside.get(form, {"parameters"} if form == "scipy" else set()) | {form}
+        optional = {"values": {"weights"}, "fit": {"diameter", "cp", "cpk"}, "within": {"cp", "cpk"}}
+        taken = optional.get(form, {"parameters"} if form == "scipy" else set()) | {form}
         for name in sorted(given - taken - ({"above", "below"} if form != "values" else set())):
             yield Problem(name, getattr(self, name), f"nothing is accepted here beside {form}")
         rising = [*(getattr(self, form) if form in ("uniform", "triangular", "within") else ())]
@@ -411,10 +411,10 @@ def spreads_fit(mechanism: Mechanism | TestSystem, spreads: Spreads | None) -> I
         found = problems_of(axes, mechanism, {key: sorted({*ends.tolist()})}, "spreads")
         yield from alike_beside(mechanism, place, [key], ends.tolist())
         if law.whole and not any(p.key == place for p in found):
-            told, units = spread.model_dump(exclude_none=True), parameter_words(mechanism, key)[1]
+            given, units = spread.model_dump(exclude_none=True), parameter_words(mechanism, key)[1]
             far = "{}; one in a million is beyond {}: above and below cut a spread off"
             own = ((p, far.format(p.expected, measure(p.given, units))) for p in found)
-            found = [replace(p, given=told, expected=text) for p, text in own]
+            found = [replace(p, given=given, expected=text) for p, text in own]
         yield from (replace(p, key=place) for p in found)
 
 
@@ -447,8 +447,8 @@ def dependence_fits(
     if np.any(matrix != matrix.T) or np.any(np.diag(matrix) != 1) or np.any(np.abs(matrix) > 1):
         yield Problem("correlation", correlation, f"a symmetric matrix with 1 on its diagonal {accepted}")
     elif (least := float(np.linalg.eigvalsh(matrix)[0])) < LEAST_EIGENVALUE:
-        told = f"a matrix without negative eigenvalues {accepted}; the least one is {least:.3g}"
-        yield Problem("correlation", correlation, told)
+        expected = f"a matrix without negative eigenvalues {accepted}; the least one is {least:.3g}"
+        yield Problem("correlation", correlation, expected)
 
 
 def parameter_words(mechanism: Mechanism | TestSystem, key: str) -> tuple[str, str]:

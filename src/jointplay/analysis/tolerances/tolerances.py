@@ -124,8 +124,8 @@ def _said(one: xr.Dataset, name: str) -> str:
 def _rest(one: xr.Dataset) -> str:
     """The share that is neither yes nor no."""
     share = {word: float(one[f"share_{word}"]) for word in ("undecided", "failed")}
-    told = [f"{plain(100 * each, 3)} % {word}" for word, each in share.items() if each > 0]
-    return f"; {', '.join(told)}" if told else ""
+    texts = [f"{plain(100 * each, 3)} % {word}" for word, each in share.items() if each > 0]
+    return f"; {', '.join(texts)}" if texts else ""
 
 
 def _fault(result: xr.Dataset, output: str) -> Iterator[str]:
