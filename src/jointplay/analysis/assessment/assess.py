@@ -153,7 +153,7 @@ OUTPUTS = Outputs(
             )
         },
         "looked_state": Out(
-            (*OVER[:2], "looked", "state"), "its motion's state at crank angle 0, SI", about=START
+            (*OVER[:2], "looked", "state"), "its motion at crank angle 0, in SI units", about=START
         ),
         "window_low": Out((*OVER[:2], "window"), "low end of a narrow window, as a multiple of present"),
         "window_high": Out((*OVER[:2], "window"), "its upper end"),

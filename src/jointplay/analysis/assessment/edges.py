@@ -444,7 +444,7 @@ def _beyond(side: Side, carried: Carried, search: Search, first: Spot, sense: in
     """Settle motions on the rest of the way, a length of the logarithm, behind the end of the orbit."""
     count = min(BEYOND, math.ceil(rest / search.step)) if rest > 0 else 0
     values = [float(v) for v in first[0] * np.exp(sense * np.linspace(0.0, rest, count + 1)[1:])]
-    plan = replace(carried.carried, beside=True)
+    plan = replace(carried.carried, batched=True)
     calls = [partial(_tried, carried.made(value), first[1].end, plan) for value in values]
     last, spots = first, [*zip(values, batch(calls, followed_together), strict=True)]
     for number, (value, motion) in enumerate(spots):

@@ -76,12 +76,12 @@ class Remembering(Plan):
     ----------
     known : dict
         Motions by the hash of all that decides them, as `Settled.plain`; new ones are added.
-    beside : bool
+    batched : bool
         Whether a motion is followed beside others, by another method.
     """
 
     known: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
-    beside: bool = False
+    batched: bool = False
 
 
 @dataclass(frozen=True, eq=False)
