@@ -9,6 +9,7 @@ import pytest
 
 from jointplay.display.errors import NOTHING
 from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import linkage
 from jointplay.solver.mechanism.records import Contact, Friction, Joint, Link, Mechanism, Pin, System
 from tests.support.wrong import only, problems_of
 
@@ -191,6 +192,24 @@ def test_contact_data_with_clearance_0_is_an_ideal_joint():
         clearance=0,
     )
     assert joint.clearance == 0
+
+
+@pytest.mark.parametrize(
+    ("friction", "law"),
+    [
+        (Friction(coefficient=0.0), "none"),
+        (Friction(law="tanh", coefficient=0.0, velocity=1e-3), "none"),
+        (
+            Friction(law="stribeck", coefficient=0.0, static_coefficient=0.1, stribeck_velocity=1e-3),
+            "stribeck",
+        ),
+    ],
+)
+def test_friction_without_a_coefficient_is_none_in_the_equations(friction, law):
+    loose = catalog.chunmei2002(clearance=1e-4)
+    joints = [each.model_copy(update={"friction": friction}) for each in loose.joints]
+    (joint,) = linkage(loose.model_copy(update={"joints": tuple(joints)})).joints
+    assert joint.friction == law
 
 
 def test_wrong_test_system():

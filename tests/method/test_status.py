@@ -50,6 +50,12 @@ def test_step_limit_keeps_what_was_computed():
     assert np.all(np.isfinite(found.state_value))
 
 
+def test_attempts_without_an_answer_are_counted():
+    """A stiff contact's first guesses are often too far off for Newton's method."""
+    found = run(stiff(1e10), turns=0.2)
+    assert found.n_failed > 0
+
+
 @pytest.mark.parametrize(("acceleration", "restitution"), [(0.8, 0.5), (0.5, 0.3), (1.03, 0.2)])
 def test_a_ball_that_comes_to_rest_is_no_trouble(acceleration, restitution):
     ball = jp.catalog.bouncing_ball(acceleration=acceleration, restitution=restitution)

@@ -102,6 +102,18 @@ def test_shortest_orbit_of_lorenz():
     assert int(found.stable) == 0
 
 
+def test_no_time_passes_to_the_section_on_which_an_orbit_stands():
+    section = section_map(placed(catalog.slider_crank(clearance={"B": 1e-4}), None), jp.CrankAngle(), 1, 1e-8)
+    state, status = shooting.on_section(section)
+    orbit = shooting.newton(section, state)
+    assert (status, orbit.status) == (0, 0)
+    same, time = shooting.at_phase(orbit, orbit.map.phase)
+    assert (same.tolist(), time) == (orbit.state.tolist(), 0.0)
+    before, time = shooting.at_phase(orbit, orbit.map.phase - 0.1)
+    assert time == pytest.approx(orbit.image.time * (1 - 0.1 / TAU))
+    assert abs(before - orbit.state).max() > 1e-3
+
+
 def test_linkage():
     """Figure 12b's motion: the flow's exponents but for the zero one; at any section the same multipliers."""
     found = jp.periodic_orbit(LINKAGE, transient=40, record=["journal_x", "mode"])
