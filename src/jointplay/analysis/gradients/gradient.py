@@ -502,7 +502,8 @@ def nearness(run: Run) -> tuple[float, float, float]:
     """Slowest beginning of a contact, time between events of two contacts, gap left in flight.
 
     The smallest over the fastest, the period, and the clearance (of a test system 1); infinite where there
-    are none. Events that can change places without a difference do not count.
+    are none. Events that can change places without a difference do not count, nor do those that others
+    have brought about.
     """
     model = run.model
     request = Request(run.end, run.rtol, events=True, misses=True, log_from=0.0, max_steps=run.limit)
@@ -510,7 +511,8 @@ def nearness(run: Run) -> tuple[float, float, float]:
     events, misses = records.events, records.misses
     order = events[np.argsort(events[:, 2], kind="stable")]
     free = _exchangeable(model, order)
-    apart = np.diff(order[:, 2])[(np.diff(order[:, 0]) != 0) & ~(free[1:] & free[:-1])]
+    apart = np.sort(np.diff(order[:, 2])[(np.diff(order[:, 0]) != 0) & ~(free[1:] & free[:-1])])
+    apart = apart[min(records.followed, np.sum(apart == 0.0)) :]
     units = np.array(model.clearances or np.ones(len(model.joints) + len(model.resets)))
     soft = len(model.structure.soft_joints if model.links else model.joints)
     centred = np.isfinite(clearances_squared(model, soft))

@@ -41,6 +41,7 @@ from .memory import (
     EVENT_ROW,
     EVENTS,
     FAILED,
+    FOLLOWED,
     GROWTH,
     H_EXCITED,
     H_LIMIT,
@@ -67,7 +68,7 @@ from .modes import FREE, IN_FLIGHT, REMEMBERS, follow, mask, start, variant_of
 from .polynomial import interpolate
 from .record import closest_approaches, count_event, gains, is_coarse, note, note_coarse, sample, sections
 from .step import attempt, estimate, keep
-from .tangents.saltation import before_event, begin_tangents, jump, stay, stuck
+from .tangents.saltation import before_event, begin_tangents, delays_known, jump, stay, stuck
 from .tangents.tangent import NEUTRAL, ROWS, log_block, propagate, renew
 from .walls.walls import SEEK_GROWTH, START, STEP, resting, walls_of
 
@@ -225,10 +226,11 @@ def _take(functions, variant, work, motion, options, derivatives, tangents, h, e
         follows = root == 0.0 and motion.s[0] == real[T_EVENT]
         follows = follows and begins_beyond(work.w, options.guards + guard)
         if tangents is not None:
-            if follows and len(tangents.alive) > 0:
+            if follows and len(tangents.alive) > 0 and not delays_known(tangents, options):
                 count[SIMULTANEOUS] += 1
-            before_event(functions, derivatives, variant, motion, options, tangents, guard)
+            before_event(functions, derivatives, variant, motion, options, tangents, guard, follows)
         event(functions, work, motion, options, guard)
+        count[FOLLOWED] += 1 if follows else 0
         if follows and guard // 4 < len(motion.flags):
             motion.fired[guard] = 0  # the event before has put it beyond zero
         if tangents is not None:

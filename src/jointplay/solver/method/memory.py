@@ -41,7 +41,8 @@ STARTED = 13  # 1: the initial modes are set
 SIMULTANEOUS = 14  # impacts at one instant, of which there is no derivative
 IDLE_STEPS = 15  # steps in a row that moved nothing
 JAMMED = 16  # rigid contacts without an answer
-COUNTERS = 17
+FOLLOWED = 17  # events that another one has brought about, at its time
+COUNTERS = 18
 # Places in Trajectory.real
 H, H_PAST, ERROR_PAST, H_REJECTED, ERROR_REJECTED = range(5)  # next step; last accepted; last rejected
 CONTRACTION = 5  # of Newton's iteration in the last step

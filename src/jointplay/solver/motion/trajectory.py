@@ -86,10 +86,10 @@ class Request:
 class Records:
     """Rows of a run: time, positions, speeds, modes, work; after (contact, kind) all but the samples.
 
-    `route` says how the motion was followed, by its place in `eligibility.ROUTES`. Misses have the gap that
-    is left in place of a kind. `start` and `end` are rows, of the first and the last state. `coarse` holds
-    beginnings of steps where accelerations may be wrong (analysis.evaluate), after which guards fired there
-    and the time of the end.
+    `route` says how the motion was followed, by its place in `eligibility.ROUTES`; `followed` is how many
+    events others have brought about, at their times. Misses have the gap that is left in place of a kind.
+    `start` and `end` are rows, of the first and the last state. `coarse` holds beginnings of steps where
+    accelerations may be wrong (analysis.evaluate), after which guards fired there and the time of the end.
     """
 
     samples: np.ndarray
@@ -104,12 +104,13 @@ class Records:
     wall_time: float
     counts: dict[str, int]
     route: int = 0
+    followed: int = 0
 
 
 def follow(model: Model, request: Request, progress: Callable[[float], None] | None = None) -> Records:
     """Follow the motion of a model from its start; `progress` is called with the fraction done, 0 to 1."""
     from jointplay.solver.method.control import FULL
-    from jointplay.solver.method.memory import LOGGED, SAMPLES, SECTIONS
+    from jointplay.solver.method.memory import FOLLOWED, LOGGED, SAMPLES, SECTIONS
 
     if (records := batched_answer(model, request)) is not None:
         return records
@@ -133,7 +134,7 @@ def follow(model: Model, request: Request, progress: Callable[[float], None] | N
     kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
     samples = motion.samples[: motion.count[SAMPLES]]
     went = time.perf_counter() - began, counts(motion), route_of(exclusion(model, request))
-    return Records(samples, *kinds, start, row(motion), code, *went)
+    return Records(samples, *kinds, start, row(motion), code, *went, int(motion.count[FOLLOWED]))
 
 
 def prepare(structure: Linkage | Oscillator, loop: str = "") -> None:

@@ -10,13 +10,16 @@ Along a direction in which numbers change (method.tangents.tangent), dh/dp adds 
 d-. A work, whose rate is a power, jumps as a state does that is continuous itself; that of a drive which
 imposes a speed as one that an impact resets.
 
-Several mode changes at one event are one jump from F- to F+. Onset of sticking loses a dimension, and so do
-the beginning and the end of a contact that a law remembers: what it remembered before is of no account. A
-start that sticks is an onset too: neighbours that slide come to stick at once, by the same projection from
-either side. Coming to rest on a rigid wall loses two, those of the gap and of its rate. It is a reset like
-others, that of a plastic impact, after which the gap stays closed: F+ is the rate at rest. A neighbour that
-rests as the motion does has its gap and rate closed too, whatever numbers it differs in: what rounding leaves
-there is projected away along the wall's impulse, of several walls in turn.
+Several mode changes at one event are one jump from F- to F+. An event that another one brings about, at the
+same time, comes as much earlier to a neighbour as that one does: h is that one's then.
+
+Onset of sticking loses a dimension, and so do the beginning and the end of a contact that a law remembers:
+what it remembered before is of no account. A start that sticks is an onset too: neighbours that slide come to
+stick at once, by the same projection from either side. Coming to rest on a rigid wall loses two, those of the
+gap and of its rate. It is a reset like others, that of a plastic impact, after which the gap stays closed: F+
+is the rate at rest. A neighbour that rests as the motion does has its gap and rate closed too, whatever
+numbers it differs in: what rounding leaves there is projected away along the wall's impulse, of several walls
+in turn.
 References: Leine and Nijmeijer (2004), chapter 7; Kong et al., arXiv 2306.06862.
 
 The derivative of an impact on several walls, or with friction, while the action of each wall stays as it is:
@@ -117,15 +120,34 @@ def _wall_of(motion, guard):
 
 
 @inner
-def before_event(functions, derivatives, variant, motion, options, tangents, guard):
-    """Note the values before an event that the jump of the tangents needs."""
+def delays_known(tangents, options):
+    """Whether the guard of the event before tells behind it how much earlier neighbours have met it.
+
+    It does not where it hangs on speeds that differ and the state has jumped, or where it stands still now.
+    """
+    n_q, n_x, jumps = options.n_q, options.n_q + options.n, tangents.count[RESET] > 0
+    slope, size = tangents.gradient[0], abs(tangents.gradient[0])
+    for r in range(n_x):
+        term = tangents.gradient[1 + r] * tangents.after[r]
+        slope += term
+        size += abs(term)
+        for i in range(len(tangents.alive) if jumps and r >= n_q else 0):
+            if tangents.gradient[1 + r] * tangents.d[i * (1 + n_x) + 1 + r] != 0.0:
+                return False
+    return abs(slope) > ALIKE * size
+
+
+@inner
+def before_event(functions, derivatives, variant, motion, options, tangents, guard, follows):
+    """Note the values before an event that its jump needs; of one that follows, the guard of its cause."""
     functions.trig(motion.s, motion.p)
     for r in range(len(motion.s)):
         tangents.state[r] = motion.s[r]
     tangents.count[CONTINUES] = 0
     rates(functions, variant, motion, options, tangents, tangents.before)
     _powers(motion, options, tangents, 0.0)
-    derivatives.gradient(guard, motion.s, motion.p, motion.m, tangents.gradient)
+    if not follows:
+        derivatives.gradient(guard, motion.s, motion.p, motion.m, tangents.gradient)
     wall, tangents.real[STUCK_BEFORE], tangents.count[RESET] = _wall_of(motion, guard), stuck(motion.modes), 0
     if wall >= 0 and motion.modes[len(motion.flags) + wall] > RELEASED:
         tangents.real[STUCK_BEFORE] = np.inf  # it lets go: nothing jumps, nothing is lost
