@@ -153,7 +153,8 @@ def named(mechanism: Mechanism | TestSystem) -> bool:
 
 def study(mechanism: Mechanism | TestSystem) -> str:
     """Return the text of a study of a motion, the mechanism written out."""
-    table = mechanism.model_dump(mode="json", exclude_none=True)
+    plain = mechanism.numbers_alone() if isinstance(mechanism, Mechanism) else mechanism  # as on the page
+    table = plain.model_dump(mode="json", exclude_none=True)
     if named(mechanism):
         table = {"catalog": mechanism.system} | mechanism.parameters
     lines = ['kind = "response"', "", "[mechanism]"]

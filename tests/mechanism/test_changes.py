@@ -188,3 +188,9 @@ def test_several_that_change_alike_are_replaced_by_the_key_that_varies_them():
     assert given.replace(**{key: 0.19}) == given.varied({key: 0.19})
     with pytest.raises(InputError, match="a number in SI units is accepted for several together"):
         given.replace(**{key: "190 mm"})
+
+
+def test_a_fit_and_another_clearance_at_once_are_refused():
+    changes = {"joints.B.fit": "H7/f7", "joints.B.radius": "7.5 mm", "joints.B.clearance": "10 um"}
+    with pytest.raises(InputError, match=r"clearance: got '10 um'; either fit or clearance is accepted"):
+        catalog.slider_crank(clearance={"B": 1e-4}).replace(**changes)

@@ -21,6 +21,17 @@ def test_the_study_of_a_page_is_that_of_its_mechanism(mechanism):
     assert record.mechanism == mechanism
 
 
+def test_the_study_of_a_page_takes_another_clearance_than_its_fit_has():
+    """As its command sets it; numbers are as on the page then, where a contact's stay as they are."""
+    parts = {"pin": "steel", "bush": "bronze", "length": "12 mm"}
+    fitted = {"joints.B.fit": "H7/f7", "joints.B.radius": "7.5 mm", "joints.B.contact": parts}
+    mechanism = jp.catalog.slider_crank().replace(**fitted)
+    table = override(parse(live.study(mechanism)), ["mechanism.joints.B.clearance=0.00003"])
+    (joint,) = validate({"name": "page"} | table).mechanism.clearance_joints
+    assert joint.clearance == 3e-5
+    assert joint.contact.stiffness == mechanism.joint("B").contact.stiffness
+
+
 def stands_for(key, mechanism):
     """The numbers of a mechanism that a slider is for, by its name."""
     word, _, part = key.partition(".")

@@ -147,6 +147,17 @@ def test_the_page_says_what_to_do():
     assert lines[at + 2].endswith("twice the friction: 3)")
 
 
+def test_a_curve_says_where_contact_is_kept_beyond_a_harder_grade():
+    """The grade changes to a harder one first, and no edge of contact is known."""
+    found = assessment(sides=[side(1e-4), side(3e-4), side(1.5), side(6.0)])
+    found["curve_grade"][:] = GRADES.index("hammers")
+    found["grade_change_grade"][:] = GRADES.index("hammers")
+    assert "Contact is lost at all values that were looked at" in page(found)
+    found["curve_grade"][0, 2] = GRADES.index("quiet")
+    value = found["curve_ratio"].values[0, 2] * 200
+    assert re.search(rf"Loss of contact stops at .* below about {value:.3g}", page(found))
+
+
 def test_where_forces_are_those_of_ideal_joints_nothing_helps():
     found = assessment(**QUIET)
     found["force_ratio"] = found["force_ratio"] * 0 + 1.001

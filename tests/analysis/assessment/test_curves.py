@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.assessment import curves
+from jointplay.analysis.assessment import alternatives, curves
 from jointplay.analysis.assessment.assess import first_change, sided
 from jointplay.analysis.assessment.edges import Search
 from jointplay.analysis.assessment.page import BY
@@ -139,6 +139,20 @@ def test_a_grade_of_what_has_not_settled_is_asked_of_what_it_becomes(far, end):
         assert (mark, BY[int(by)]) == (2, "values")
         assert inner < end <= ratio
     assert rows[3]["settled"]
+
+
+@pytest.mark.parametrize("slow", [True, False])
+def test_what_may_still_swing_has_no_grade_and_no_number_with_other_contact_data(here, slow, monkeypatch):
+    values = here.values | {"period": ((), 0), "section_exponent_per_turn": ((), np.nan)}
+    swinging = replace(here, values=values, orbit=None)
+    scene = curves.Scene(here, KEY, None, 20, HOW)
+    scene.slow, scene._on_orbit = slow, lambda *_: None
+    answer = {"status": 0, "mechanism": here.mechanism, "motion": swinging, "model": None}
+    assert np.isnan(scene._row(1e-4, answer, {})["grade"]) == slow
+    monkeypatch.setattr(alternatives, "reached", lambda *_: swinging)
+    found = alternatives.hangs_on(replace(here, radius=0.99 if slow else 0.5), 2, HOW)
+    assert set(found["period"]) == {0}
+    assert np.isnan(found["peak"]).all() == slow
 
 
 def test_what_cannot_be_or_start_so_or_is_not_followed_is_a_status(here):

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from jointplay.analysis.assessment.forces import columns, forces
-from jointplay.analysis.assessment.settled import Settled, Unsettled, reached
+from jointplay.analysis.assessment.settled import SLOW, Settled, Unsettled, reached
 from jointplay.analysis.sweeps.attractor import Plan
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism
@@ -82,7 +82,8 @@ def hangs_on(motion: Settled, turns: int, how: Plan) -> dict[str, Any]:
     dict
         ``names`` of the joints; over variants ``quantity``, ``change``, ``period`` (0: none seen), ``lost``
         (1: contact is lost) and ``statuses``; over variants and joints ``peak`` (N), and over those with
-        clearance ``separations`` in a turn and ``impact_speed`` (m/s).
+        clearance ``separations`` in a turn and ``impact_speed`` (m/s); NaN where a motion that settles slowly
+        has not settled.
     """
     rows: list[dict[str, Any]] = []
     others = [*variants(motion.mechanism)]
@@ -91,7 +92,10 @@ def hangs_on(motion: Settled, turns: int, how: Plan) -> dict[str, Any]:
         row = {"quantity": quantity, "change": change, "statuses": 0}
         try:
             other = reached(mechanism, motion.end, how)
-            row |= forces(other, turns, how, PER_TURN, brief=True) | {"lost": other.traits["contact_loss"]}
+            row["period"] = other.period
+            if other.period or not motion.radius > SLOW:  # else it still swings
+                row |= forces(other, turns, how, PER_TURN, brief=True)
+                row["lost"] = other.traits["contact_loss"]
         except Unsettled as error:
             row["statuses"] = error.status
         rows.append(row)

@@ -63,7 +63,8 @@ def curve(here: Settled, key: str, start: Any, turns: int, how: Plan) -> dict[st
     -------
     dict
         ``status`` 0; ``names`` of the joints, those with clearance first; over values ``ratio``,
-        ``statuses``, ``period`` (0: none seen), ``lost`` and ``grade`` (NaN: not known); over these and
+        ``statuses``, ``period`` (0: none seen), ``lost`` and ``grade`` (NaN: not known, as where a motion
+        that settles slowly has not settled); over these and
         joints ``peak`` and ``ideal`` (N), over those with clearance ``impact_speed`` (m/s). ``change``: over
         the sides, below and above, and the places before and after the first change of the grade, numbers as
         `END`; the latter NaN where it is not met.
@@ -160,6 +161,7 @@ class Scene:
         row = {name: found[name] for name in ("names", "peak", "period", "impact_speed")}
         hardest = float(np.max(found["impact_speed"]))
         mark = float(grade(lost, largest(over_ideal(found["peak"], like)), hardest))
+        mark = math.nan if self.slow and not motion.period else mark  # it may still swing
         row |= {"status": 0, "lost": lost, "ideal": like, "grade": mark, "motion": motion}
         return row | {"settled": bool(motion.period or motion.traits["chaos"])}
 
@@ -190,7 +192,9 @@ class Scene:
         inner, end = known[0], known[-1][0]
         farther = (end * 2.0 ** (sense * n) for n in range(1, round(math.log2(FARTHER)) + 1))
         for ratio, row in chain(known[1:], ((ratio, self._row_at(ratio)) for ratio in farther)):
-            if "grade" not in row or "grade" not in inner[1]:
+            if not _graded(row):
+                self._longer(row)
+            if not (_graded(row) and _graded(inner[1])):
                 break
             if row["grade"] != inner[1]["grade"]:
                 found = self._halved(inner, (ratio, row))
@@ -214,7 +218,7 @@ class Scene:
             row = self._row_at(between)
             if longer:
                 self._longer(row)
-            if "grade" not in row:
+            if not _graded(row):
                 break
             same = row["grade"] == inner[1]["grade"]
             inner, outer = ((between, row), outer) if same else (inner, (between, row))
@@ -222,6 +226,10 @@ class Scene:
 
     def _row_at(self, ratio: float) -> dict[str, Any]:
         return self.rows(np.array([ratio]))[0]
+
+
+def _graded(row: dict[str, Any]) -> bool:
+    return not math.isnan(row.get("grade", math.nan))
 
 
 def _begun(mechanism: Mechanism, changes: Any, start: Any, section: Section) -> dict[str, Any]:

@@ -168,19 +168,26 @@ def _times(count: float) -> str:
 
 def _limits(dataset: Dataset) -> str:
     """Where contact is first lost, or kept again, on each side of each parameter."""
-    lost, places = _present(dataset)["contact_loss"] == "yes", []
-    for key in map(str, dataset["parameter"].values):
-        limits = [(side, _limit(dataset, key, side)) for side in SIDES]
-        ends = [f"{_side(dataset, key, side)} {_at(dataset, key, *end)}" for side, end in limits if end]
-        if ends:
-            name = str(dataset["parameter_name"].sel(parameter=key).values)
-            places.append(f"at {article(name)} {name} {' or '.join(ends)}")
+    lost = _present(dataset)["contact_loss"] == "yes"
+    places = _places(dataset, _limit) or _places(dataset, _on_curve)
     if not places and not dataset["values_looked_at"].values.any():
         return "Where contact is first lost or kept was not looked at"
     if not places:
         return f"Contact is {'lost' if lost else 'kept'} at all values that were looked at"
     coarse = f" ({COARSE.format('about', dataset.sizes['value'])})" if "about" in str(places) else ""
     return f"{'Loss of contact stops' if lost else 'Contact is first lost'} {', or '.join(places)}{coarse}"
+
+
+def _places(dataset: Dataset, limit: Callable[..., tuple[float, str] | None]) -> list[str]:
+    """Words for the limit on each side of each parameter, where there is one."""
+    places = []
+    for key in map(str, dataset["parameter"].values):
+        limits = [(side, limit(dataset, key, side)) for side in SIDES]
+        ends = [f"{_side(dataset, key, side)} {_at(dataset, key, *end)}" for side, end in limits if end]
+        if ends:
+            name = str(dataset["parameter_name"].sel(parameter=key).values)
+            places.append(f"at {article(name)} {name} {' or '.join(ends)}")
+    return places
 
 
 def _limit(dataset: Dataset, key: str, side: str) -> tuple[float, str] | None:
@@ -191,6 +198,15 @@ def _limit(dataset: Dataset, key: str, side: str) -> tuple[float, str] | None:
         known.append((float(after["grade_change_ratio"]), _known_by(after)))
     known = [each for each in known if math.isfinite(each[0])]
     return min(known, key=lambda each: log_distance(each[0]), default=None)
+
+
+def _on_curve(dataset: Dataset, key: str, side: str) -> tuple[float, str] | None:
+    """The nearest value of a curve at which contact is lost or kept, beyond other grades."""
+    one = dataset.sel(parameter=key)
+    ratios, grades = one["curve_ratio"].values, codes.words(one["curve_grade"]).values
+    others = (grades != UNKNOWN) & ((grades == "quiet") != (_grade(dataset) == "quiet"))
+    near = ratios[others & ((ratios > 1) == (side == "above"))]
+    return (float(min(near, key=log_distance)), "values") if near.size else None
 
 
 def _at(dataset: Dataset, key: str, ratio: float, by: str) -> str:

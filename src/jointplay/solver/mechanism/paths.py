@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import suppress
 from typing import Any, TypeVar, get_args
 
 from jointplay.display.errors import InputError, Problem, join, raise_any, unknown
@@ -73,14 +72,16 @@ def with_parts(record: R, changes: Mapping[str, Any]) -> R:
 
     All change at once: some fit only together, as a length and where the joint at its end sits.
     """
-    with suppress(InputError):
+    try:
         return at_paths(record, changes)
+    except InputError as error:
+        together = error
     for path, value in changes.items():  # to tell by its path what is wrong
         try:
             record = at_paths(record, {path: value})
         except InputError as error:
             raise InputError(_told_of(record, path, value, each) for each in error.problems) from None
-    return record
+    raise together
 
 
 def _told_of(record: Any, path: str, value: Any, problem: Problem) -> Problem:

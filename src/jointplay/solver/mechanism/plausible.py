@@ -208,14 +208,26 @@ def _inertia(key: str, link: Any, size: float) -> Iterator[tuple[bool, Problem]]
 
 
 def _made_of(key: str, link: Any) -> Iterator[Problem]:
-    """Materials of an elastic link, and point masses beside its own, that hardly any has."""
-    given = [(f"beam.{name}", getattr(link.beam, name), *row) for name, row in MATERIALS.items()]
-    own = (0.0, BALLAST * link.mass, _MASSES)
-    masses = [(f"masses[{j}].mass", point.mass, *own) for j, point in enumerate(link.masses)]
-    for name, value, least, most, units in given * link.elastic + masses:
-        if not least <= value <= most:
-            text = f"hardly any link has that: {least:g} to {most:g} is usual here"
-            yield Problem(f"{key}.{name}", value, text + _meant(value, units, least, most))
+    """Materials of a link with a shape or an elastic one, and point masses beside its own, that few have."""
+    if link.shape:
+        yield from _material(f"{key}.shape.material", link.shape.material)
+    elif link.elastic:
+        yield from _material(f"{key}.beam", link.beam)
+    for j, point in enumerate(link.masses):
+        yield from _unusual(f"{key}.masses[{j}].mass", point.mass, 0.0, BALLAST * link.mass, _MASSES)
+
+
+def _material(key: str, of: Any) -> Iterator[Problem]:
+    for name, row in MATERIALS.items():
+        yield from _unusual(f"{key}.{name}", getattr(of, name), *row)
+
+
+def _unusual(
+    key: str, value: float, least: float, most: float, units: Mapping[str, float]
+) -> Iterator[Problem]:
+    if not least <= value <= most:
+        text = f"hardly any part has that: {least:g} to {most:g} is usual here"
+        yield Problem(key, value, text + _meant(value, units, least, most))
 
 
 def _unlike_its_shape(mechanism: Any) -> Iterator[Problem]:
@@ -304,6 +316,8 @@ def _played(mechanism: Any) -> Iterator[Problem]:
             text = f"that is {joint.clearance / length:.2g} of the shortest link{pin}"
             text += in_millimetres(joint.clearance)
             yield Problem(f"joints[{i}].clearance", joint.clearance, text)
+        for end in ("pin", "bush") if joint.data else ():
+            yield from _material(f"joints[{i}].contact.{end}", getattr(joint.contact.parts, end))
         if joint.data and joint.data.crushed and joint.contact.parts.load:
             yield Problem(f"joints[{i}].contact.load", joint.data.load, joint.data.crushed)
         if not joint.ideal and joint.contact.stiffness:
