@@ -69,7 +69,7 @@ def test_on_each_side_it_is_right_and_between_there_is_none(numbers):
     assert VERDICTS[int(both["derivative_status"])] == "simultaneous_events"
 
 
-def test_a_jump_that_ends_beyond_another_guard_has_no_derivative():
+def test_what_a_jump_puts_beyond_another_guard_has_no_derivative_where_its_own_guard_has_jumped():
     """The second jump follows from the first: when it happens is not what its own guard says."""
     late = jp.System(
         states={"x": 0.0, "y": 0.0},
@@ -85,5 +85,8 @@ def test_a_jump_that_ends_beyond_another_guard_has_no_derivative():
     bundle = Bundle(assemble(late), Request(2.0, 1e-10), np.eye(5))
     assert bundle.advance() == Status.NO_DERIVATIVE
     with pytest.warns(jp.ModelWarning, match="two contacts change at the same instant"):
-        answer = jp.gradient(late, of=["end:state:y"], by=["initial.y"], turns=2)
+        answer = jp.gradient(late, of=["end:state:y"], by=["initial.x"], turns=2)
     assert VERDICTS[int(answer["derivative_status"])] == "simultaneous_events"
+    answer = jp.gradient(late, of=["end:state:y"], by=["initial.y"], turns=2)  # neighbours jump at one time
+    assert VERDICTS[int(answer["derivative_status"])] == "ok"
+    assert answer["derivative"].values.item() == pytest.approx(1.0, rel=1e-9)
