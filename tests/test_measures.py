@@ -29,9 +29,9 @@ NO_CODE = (
 RUN = 6  # lines that are repeated
 NEAR = 250  # lines that a page's numbers may be off
 BOUNDS = {
-    "code lines of the suite": 42_935,
-    "code lines of its analyses": 14_927,
-    "code lines of all three packages": 48_215,
+    "code lines of the suite": 42_940,
+    "code lines of its analyses": 14_932,
+    "code lines of all three packages": 48_220,
     "files of the suite": 316,
     "files with one reader": 58,
     "entries at the top of the suite": 10,

@@ -158,6 +158,17 @@ def test_a_curve_says_where_contact_is_kept_beyond_a_harder_grade():
     assert re.search(rf"Loss of contact stops at .* below about {value:.3g}", page(found))
 
 
+def test_what_has_not_settled_is_counted_and_helps_nothing():
+    found = assessment()
+    assert "are not known" not in page(found)
+    assert "half the radial clearance of joint B" in page(found)
+    found["variant_peak_force"][1:3] = np.nan
+    found["curve_grade"][0] = (*GRADES, "unknown").index("unknown")
+    text = page(found)
+    assert "matters most; 2 of 6 are not known" in text
+    assert "half the radial clearance of joint B" not in text
+
+
 def test_where_forces_are_those_of_ideal_joints_nothing_helps():
     found = assessment(**QUIET)
     found["force_ratio"] = found["force_ratio"] * 0 + 1.001

@@ -313,7 +313,10 @@ def _band(dataset: Dataset, joint: str) -> str:
     if len(grades) == 1 and np.max(away) < math.log(ALIKE):
         most = "none of them matters"
     force = low if low == high else f"{low} to {high}"
-    return f"With other contact data the largest force at {joint} is {force} and the grade {grade}; {most}"
+    left = f"; {np.sum(~known)} of {known.size} are not known" if not known.all() else ""
+    return (
+        f"With other contact data the largest force at {joint} is {force} and the grade {grade}; {most}{left}"
+    )
 
 
 def _to_do(dataset: Dataset) -> list[str]:
@@ -404,6 +407,8 @@ def _helps(dataset: Dataset) -> str:
         one = dataset.sel(parameter=key)
         at, words = OTHER.get(key.rsplit(".", 1)[-1], OTHER[""])
         i = int(np.argmin(np.abs(np.log(one["curve_ratio"].values / at))))
+        if codes.words(one["curve_grade"]).values[i] == UNKNOWN:  # it may still swing
+            continue
         ratio = over_ideal(one["curve_peak_force"].values[i], one["curve_ideal_peak_force"].values[i])
         share = plain(100 * (1 - float(one["curve_ratio"][i])), 2)
         found[words.format(one["parameter_name"].values, share=share)] = largest(ratio)
