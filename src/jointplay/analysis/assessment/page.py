@@ -101,12 +101,12 @@ def part(dataset: Dataset, number: int, source: str = "STUDY.toml") -> str:
 def _at_once(dataset: Dataset, _: str) -> list[str]:
     """The title, the verdict, and the forces and contacts behind it."""
     name = str(dataset.attrs.get("title") or dataset.attrs.get("study") or "assessment")
-    lines = [name, "=" * len(name), "", "Verdict", *(f"  {line}" for line in _text(dataset)), *_slow(dataset)]
+    lines = [name, "=" * len(name), "", "Verdict", *(f"  {line}" for line in _lead(dataset)), *_slow(dataset)]
     return [*lines, "", *_forces(dataset), "", *_contacts(dataset), *(f"  {line}" for line in _worn(dataset))]
 
 
-def _text(dataset: Dataset) -> list[str]:
-    """The verdict in sentences."""
+def _lead(dataset: Dataset) -> list[str]:
+    """The leading sentences: the verdict, and how the motion repeats."""
     if _grade(dataset) == UNKNOWN:
         return ["No forces are known: the motion was not followed to its end."]
     return [f"{_verdict(dataset)}.", f"{_motion(dataset)}."]
