@@ -194,3 +194,19 @@ def test_a_fit_and_another_clearance_at_once_are_refused():
     changes = {"joints.B.fit": "H7/f7", "joints.B.radius": "7.5 mm", "joints.B.clearance": "10 um"}
     with pytest.raises(InputError, match=r"clearance: got '10 um'; either fit or clearance is accepted"):
         catalog.slider_crank(clearance={"B": 1e-4}).replace(**changes)
+
+
+@pytest.mark.parametrize("word", ["30 um", {"B": 3e-5}])
+@pytest.mark.parametrize("path", ["joints.B.fit", "joints.B.clearance"])
+@pytest.mark.parametrize("make", [catalog.slider_crank, catalog.slider_crank().replace, catalog.chunmei2002])
+def test_a_clearance_by_word_and_by_path_is_refused(make, path, word):
+    by_path = {path: "H7/f7" if path.endswith("fit") else 2e-5}
+    problem = only(problems_of(make, clearance=word, **by_path), f"clearance{'.B' * isinstance(word, dict)}")
+    assert f"either clearance or {path}" in problem.expected
+
+
+def test_an_entrys_own_clearance_gives_way_to_one_by_path():
+    fitted = catalog.slider_crank(**{"joints.B.fit": "H7/f7"})
+    assert fitted.joint("B").fit == "H7/f7"
+    others = catalog.slider_crank(clearance={"A": 1e-5}, **{"joints.B.fit": "H7/f7"})
+    assert (others.joint("A").clearance, others.joint("B").fit) == (1e-5, "H7/f7")

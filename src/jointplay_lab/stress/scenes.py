@@ -15,7 +15,8 @@ import numpy as np
 
 from jointplay.display.errors import Problem, strangers, with_keys
 from jointplay.solver.mechanism.loops.dyads import FourBar
-from jointplay.solver.mechanism.records import GROUND, MAIN_JOINT, Mechanism, MotorLine
+from jointplay.solver.mechanism.paths import MAIN_JOINT
+from jointplay.solver.mechanism.records import GROUND, Mechanism, MotorLine
 from jointplay_lab.stress import ranges
 from jointplay_lab.stress.others import PRESETS, ROWS, pairs, preset, shallow, with_laws
 from jointplay_lab.stress.ranges import GEOMETRIES, laid, moving

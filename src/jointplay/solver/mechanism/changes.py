@@ -30,12 +30,10 @@ from jointplay.solver.mechanism.parts.drive import ConstantSpeed, Drive, MotorLi
 from jointplay.solver.mechanism.parts.friction import Friction
 from jointplay.solver.mechanism.parts.joints import Joint
 from jointplay.solver.mechanism.parts.loads import AnyLoad, AnySpring
-from jointplay.solver.mechanism.paths import at_paths, is_path, part_at
+from jointplay.solver.mechanism.paths import at_paths, is_path, main_joint, part_at
 from jointplay.solver.mechanism.plausible import too_wide
 from jointplay.solver.mechanism.signature import first
 
-# Whose clearance a bare number is: the joint between coupler and rocker of the catalog's linkages.
-MAIN_JOINT = "B"
 _IN_JOINTS = {"friction": "friction.coefficient", "tension": "contact.tension"}
 _NEED_BENDING = ("elements", "damping_ratio", "order")
 _OF_MOTORS = ("gear_ratio", "efficiency_in_slope")
@@ -186,17 +184,6 @@ def _valid(mechanism: Any, changes: Mapping[str, Any]) -> tuple[dict[str, Any], 
     if isinstance(values.get("clearance"), float):
         values["clearance"] = {main_joint(mechanism): values["clearance"]} if values["clearance"] else {}
     return values, problems
-
-
-def main_joint(mechanism: Any) -> str:
-    """Name of the joint whose clearance a bare number is: B, or where B can have none the only other."""
-    sized = [joint for joint in mechanism.joints if joint.sized]
-    revolute = [joint.name for joint in sized if not joint.prismatic]
-    loose = [joint.name for joint in mechanism.joints if joint.clearance]
-    if MAIN_JOINT in revolute:
-        return MAIN_JOINT
-    only = (names[0] for names in (loose, revolute, [joint.name for joint in sized]) if len(names) == 1)
-    return next(only, MAIN_JOINT)
 
 
 def _clearance_problems(mechanism: Any, values: Mapping[str, Any]) -> Iterator[Problem]:

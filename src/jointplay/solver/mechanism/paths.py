@@ -9,6 +9,8 @@ from jointplay.display.errors import InputError, Problem, join, raise_any, unkno
 from jointplay.solver.mechanism.base import Record, is_number
 
 WITH_PARTS = ("links", "joints", "springs", "loads", "drive")
+# Whose clearance a bare number is: the joint between coupler and rocker of the catalog's linkages.
+MAIN_JOINT = "B"
 R = TypeVar("R", bound=Record)
 
 
@@ -108,6 +110,17 @@ def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
     by_path = {key: value for key, value in changes.items() if is_path(key)}
     raise_any(problem for key in by_path if (problem := part_at(record, key, key)[1]))
     return by_path
+
+
+def main_joint(mechanism: Any) -> str:
+    """Name of the joint whose clearance a bare number is: B, or where B can have none the only other."""
+    sized = [joint for joint in mechanism.joints if joint.sized]
+    revolute = [joint.name for joint in sized if not joint.prismatic]
+    loose = [joint.name for joint in mechanism.joints if joint.clearance]
+    if MAIN_JOINT in revolute:
+        return MAIN_JOINT
+    only = (names[0] for names in (loose, revolute, [joint.name for joint in sized]) if len(names) == 1)
+    return next(only, MAIN_JOINT)
 
 
 def as_paths(table: Mapping[str, Any]) -> dict[str, Any]:

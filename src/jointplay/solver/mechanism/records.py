@@ -46,7 +46,7 @@ from jointplay.solver.mechanism.base import (
     measured,
     named,
 )
-from jointplay.solver.mechanism.changes import MAIN_JOINT, Changes, changed, value_of
+from jointplay.solver.mechanism.changes import Changes, changed, value_of
 from jointplay.solver.mechanism.loops.dyads import FourBar
 from jointplay.solver.mechanism.own.own import System
 from jointplay.solver.mechanism.own.own_parts import Impact, Jump, Rubbing, Switch, Touch
@@ -68,7 +68,7 @@ from jointplay.solver.mechanism.parts.joints import Contact, Friction, Joint, Pi
 from jointplay.solver.mechanism.parts.loads import AnyLoad, AnySpring, Force, Spring, Torque, TorsionSpring
 from jointplay.solver.mechanism.paths import as_counted, checked_paths, one_by_one, parts_of, with_parts
 from jointplay.solver.mechanism.plausible import too_wide
-from jointplay.solver.mechanism.signature import checked, with_friction
+from jointplay.solver.mechanism.signature import as_one, checked
 
 
 class Mechanism(Record):
@@ -188,7 +188,7 @@ class Mechanism(Record):
         raise_any(strangers([(what, name)], named, what))
         return named[name]
 
-    @checked(before=with_friction)
+    @checked(before=as_one)
     def replace(self, **changes: Any) -> Mechanism:
         """Give a changed, validated copy.
 
@@ -205,6 +205,10 @@ class Mechanism(Record):
         InputError
             Listing every change that does not exist, cannot have its value, or finds nothing to change.
         """
+        return self.changed(changes)
+
+    def changed(self, changes: Mapping[str, Any]) -> Mechanism:
+        """Give the copy of `replace`; where a clearance stands by word and by path, that by path holds."""
         several = [(k, v) for k, v in changes.items() if len(parts_of(k)) > 1 and not is_number(v)]
         raise_any(Problem(k, v, "a number in SI units is accepted for several together") for k, v in several)
         changes = one_by_one(changes, partial(value_of, self))

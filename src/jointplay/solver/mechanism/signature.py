@@ -8,7 +8,7 @@ itself.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, partial, wraps
 from inspect import Parameter, signature, unwrap
@@ -33,6 +33,7 @@ from typing_extensions import get_original_bases, is_typeddict
 from jointplay.display.accepted import with_parameters
 from jointplay.display.errors import InputError, Problem, also_known, raise_any
 from jointplay.solver.mechanism.base import Record
+from jointplay.solver.mechanism.paths import MAIN_JOINT, main_joint
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -224,11 +225,26 @@ class Preset(Protocol):
         """Give the mechanism, or system."""
 
 
-def with_friction(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Changes in which a friction that is given stays where a joint's contact is given too, by its parts."""
+def as_one(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Changes by word and by path that fit together: a friction stays where a contact is given by its parts.
+
+    A joint's clearance cannot be given by word and again by path, by its fit either.
+    """
     joints = [key.removesuffix("contact") for key in given if key.endswith(".contact")]
     rubs = {"coefficient": given["friction"]} if "friction" in given else None
+    raise_any(_given_twice(given))
     return {f"{joint}friction": rubs for joint in joints if rubs} | dict(given)
+
+
+def _given_twice(given: Mapping[str, Any]) -> Iterator[Problem]:
+    """Clearances by word of joints that have one, or a fit, by path too."""
+    word = given.get("clearance")
+    main = main_joint(given["self"]) if "self" in given else MAIN_JOINT
+    for name, value in (word if isinstance(word, Mapping) else {main: word}).items():
+        for path in (f"joints.{name}.clearance", f"joints.{name}.fit"):
+            if value and given.get(path) is not None:
+                text = f"either clearance or {path}, which is {given[path]}, is accepted, not both"
+                yield Problem(f"clearance.{name}" if word is not value else "clearance", value, text)
 
 
 def preset(*references: str, **trial: Any) -> Callable[[Callable[P, T]], Callable[P, T]]:
@@ -243,7 +259,7 @@ def preset(*references: str, **trial: Any) -> Callable[[Callable[P, T]], Callabl
     """
 
     def decorated(make: Callable[P, T]) -> Callable[P, T]:
-        made = checked(before=with_friction)(make)
+        made = checked(before=as_one)(make)
         made.references, made.trial = references, trial
         return made
 

@@ -195,7 +195,7 @@ def slider_crank(
         gravity=gravity,
         guess=guess,
     )
-    return made.replace(clearance=clearance, **changes)
+    return made.changed({"clearance": clearance} | changes)
 
 
 @preset()

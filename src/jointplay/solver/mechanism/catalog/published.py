@@ -56,7 +56,7 @@ def chunmei2002(clearance: Any = 2.9e-5, gear_ratio: float = _GEAR_RATIO, **chan
     # By identity: the default gives way to another drive, but a ratio that was given contradicts it.
     if gear_ratio is not _GEAR_RATIO or not {"speed", "drive"} & changes.keys():
         given["gear_ratio"] = gear_ratio
-    return _table_1().replace(**given)
+    return _table_1().changed(given)
 
 
 def _table_1() -> Mechanism:
@@ -206,7 +206,7 @@ def siconos_four_bar(
     pins = four_bar_pins(*lengths.values(), 3.0).items()
     joints = tuple(Joint(name=name, journal=one, bearing=two, **law) for name, (one, two) in pins)
     made = Mechanism(name="siconos_four_bar", links=links, joints=joints, drive=_controller(), gravity=9.81)
-    return made.replace(clearance=clearance, **changes)
+    return made.changed({"clearance": clearance} | changes)
 
 
 @preset("flores2010")
@@ -255,4 +255,4 @@ def flores2010(
         Joint(name="G", journal=on("slider"), bearing=fixed(0.0, 0.0), **block),
     )
     made = Mechanism(name="flores2010", links=links, joints=joints, gravity=gravity, guess={"rod": 0.0})
-    return made.replace(clearance=clearance, **changes)
+    return made.changed({"clearance": clearance} | changes)
