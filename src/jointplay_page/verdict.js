@@ -78,11 +78,14 @@ const verdict = (() => {
   function worked(seen, limits) {
     const { grade, lost, strained, ratio, hit, fastest } = graded(seen, limits);
     const times = often(seen.separations[hit] / seen.counted);
+    const others = Object.keys(seen.separations).filter((label) => label !== hit && seen.separations[label] > 0);
+    const at = (label) => (seen.speed[label] > 0 ? ` and at ${speedText(seen.speed[label])}` : "");
     const called = (label) => (label in limits.corners ? `the ${limits.corners[label]}` : `${limits.body} ${label}`);
     if (!grade) return lost ? `${hit ? `${capital(called(hit))} loses contact` : "Contact is lost"} ${times}${fastest > 0 ? ` and hits at ${speedText(fastest)}; forces of ideal joints are not known, and there is no grade without them` : ""}.` : "";
     const force = ratio < limits.alike && ratio > 1 / limits.alike ? `forces are those of ideal joints, within ${number(100 * (limits.alike - 1))} %`
       : `${called(strained)} carries up to ${number(seen.force[strained])} N, ${number(ratio)} times as much as with ideal joints`;
-    const contact = lost ? `${called(hit)} loses contact ${times} and hits at ${speedText(fastest)}` : "contact is never lost";
+    const also = others.map((label) => `, ${called(label)} ${often(seen.separations[label] / seen.counted)}${at(label)}`).join("");
+    const contact = lost ? `${called(hit)} loses contact ${times} and hits at ${speedText(fastest)}${also}` : "contact is never lost";
     return `${capital(grade)}: ${contact}; ${force}.`;
   }
 

@@ -29,7 +29,7 @@ def test_the_page_is_printed_and_kept_beside_the_result(tmp_path, capsys):
     assert found.attrs["kind"] == "assess"
     assert float(found["limit_ratio"].sel(parameter="gear_ratio", side="above")) == 1.01
     table = (tmp_path / "press_assess.txt").read_text(encoding="utf-8")
-    assert table.replace("STUDY.toml", str(path)) in said
+    assert table in said
     assert (tmp_path / "press_assess.png").exists()
     assert assessed(path, tmp_path, "--set", *BRIEF, "analysis.turns=3") == 2  # would write over it
     assert "other settings (analysis.turns)" in capsys.readouterr().err
@@ -59,7 +59,7 @@ def test_each_part_of_the_page_is_printed_when_its_round_is_over(tmp_path, monke
     assert rest.startswith("Where the motion changes")
     page = "".join(text for _, text in said) + rest.partition("result  ")[0]
     kept = out.with_suffix(".txt").read_text(encoding="utf-8")
-    assert page == kept.replace("STUDY.toml", str(path)) + "\n"
+    assert page == kept + "\n"
     assert assessed(path, tmp_path, "--no-figure", "--set", *BRIEF, "analysis.budget=20") == 0
     again = capsys.readouterr().out
     assert again.partition("journal  ")[0] == page

@@ -415,3 +415,18 @@ def test_a_bearing_s_radius_is_no_clearance():
     problem = only(problems_of(jp.contact_stiffness, 0.01, 0.0101), "clearance")
     assert "less than the radius, 0.01 m" in problem.expected
     assert "of a bearing of 0.0101 m it is 0.0001" in problem.expected
+
+
+def test_what_is_wrong_in_a_contact_that_is_changed_has_its_own_key():
+    for wrong, key, words in (
+        ({"length": "-2 mm"}, "length", "greater than 0"),
+        ({"pin": "stel"}, "pin", "did you mean 'steel'"),
+        ({"finish": 3}, "finish", "these are accepted: pin, bush, length, "),
+    ):
+        problems = problems_of(linkage(contact=PARTS).replace, **{"joints.B.contact": PARTS | wrong})
+        assert words in only(problems, f"joints.B.contact.{key}").expected
+
+
+def test_a_doubtful_length_is_named_by_the_key_of_files():
+    (problem,) = doubts(linkage(contact=PARTS | {"length": 12.0}), None, None)
+    assert problem.key == "mechanism.joints[2].contact.length"

@@ -132,7 +132,7 @@ def test_wrong_fits_are_named_with_what_would_be_accepted():
         assert "grades 5 to 13" in problem.expected
     problem = only(problems_of(joint, fit="H7/p6"), "joint.fit")
     assert "differ by -29 to 0 µm" in problem.expected
-    assert "500 mm" in only(problems_of(joint, fit="H7/f7", radius=0.3), "joint.fit").expected
+    assert "500 mm" in only(problems_of(joint, fit="H7/f7", radius=0.3), "joint.radius").expected
     problem = only(problems_of(joint, fit="H7/f7", clearance="30 um"), "joint.clearance")
     assert "not both" in problem.expected
     assert "17 µm of radial clearance" in problem.expected

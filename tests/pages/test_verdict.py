@@ -81,6 +81,10 @@ def test_a_motion_is_told_as_an_assessment_tells_it(tmp_path):
     found = worked(tmp_path, separations={"B": 3600}, speed={"B": 0.046}, force={"B": 45, "O": 30})
     most = "joint B carries up to 45 N, 4.5 times as much as with ideal joints"
     assert found == f"Hammers: joint B loses contact 9 times a turn and hits at 46 mm/s; {most}"
+    two = {"separations": {"B": 3600, "C": 400}, "speed": {"B": 0.046, "C": 0.02}}
+    found = worked(tmp_path, force={"B": 45, "O": 30}, **two)
+    both = "joint B loses contact 9 times a turn and hits at 46 mm/s, joint C once a turn and at 20 mm/s"
+    assert found == f"Hammers: {both}; {most}"
     found = worked(tmp_path, separations={"B": 0}, force={"B": 10.05, "O": 9})
     assert found == "Quiet: contact is never lost; forces are those of ideal joints, within 1 %"
     sliding = {"separations": {"G_upper_front": 400}, "speed": {"G_upper_front": 0.046}}

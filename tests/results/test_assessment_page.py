@@ -55,6 +55,18 @@ def test_the_page_says_each_number_with_its_error():
     assert "jointplay assess press.toml" in lines
 
 
+def test_every_joint_that_loses_contact_is_named():
+    found = assessment()
+    found["separations"][:], found["impact_speed"][:] = [0.0, 1.0, 2.0, 1.5], [np.nan, 0.02, 0.05, np.nan]
+    said = "joint B loses contact twice a turn and hits at 50 mm/s, joint A once a turn and at 20 mm/s, "
+    assert f"Rattles: {said}joint C 1.5 times a turn; joint O carries up to 22 N" in answer(found)
+
+
+def test_the_commands_of_a_page_name_the_file_of_its_study():
+    assert "  jointplay assess press.toml\n" in page(assessment().assign_attrs(study="press"))
+    assert "  jointplay assess STUDY.toml\n" in page(assessment())
+
+
 def test_the_page_says_where_the_motion_changes_and_where_not():
     lines = [re.sub(" +", " ", line.strip()) for line in page(assessment()).splitlines()]
     grazing = "150.00 ± 0.15 µm 25 % 148.5 µm and 151.5 µm grazing of the orbit"
@@ -66,7 +78,7 @@ def test_the_page_says_where_the_motion_changes_and_where_not():
     assert any(line.startswith("chaos begins: gear ratio, above 4.5000 ± 0.0045 (") for line in lines)
     jump = next(line for line in lines if line.endswith("rpm) 33.3 % 3.96 and 4.04 fold of the orbit"))
     assert jump.startswith("the motion ends in a fold and jumps to another: gear ratio, above 4.0")
-    assert any(line.endswith("settled motions; back to the present behaviour at 5.5") for line in lines)
+    assert any(line.endswith("settled motions; back to the present behaviour by 5.5") for line in lines)
     assert (
         "motions looked at: 50 values below, 1.4 % apart on average; 50 values above, 0.81 % apart on average"
         in lines

@@ -88,7 +88,7 @@ def _print_part(text, progress: Progress, printed: dict[int, str], dataset, numb
     printed[number] = made
 
 
-def _finished(outcome, options: dict, no_figure: bool) -> int:
+def _finished(outcome, options: dict, no_figure: bool, table=None) -> int:
     """Print the files of a stored result, draw its figure, print its answer, and give the exit code."""
     from jointplay.study.execute import Undrawn
     from jointplay.study.results.outcome import explain, write_table
@@ -96,8 +96,8 @@ def _finished(outcome, options: dict, no_figure: bool) -> int:
 
     dataset, path = outcome.dataset, outcome.path
     say(f"result  {path}")
-    for table in write_table(dataset, path.with_suffix(".txt")):
-        say(f"table   {table}")
+    for file in write_table(dataset, path.with_suffix(".txt"), table):
+        say(f"table   {file}")
     if "warning" in dataset.attrs:
         print(f"warning {dataset.attrs['warning']}", file=sys.stderr)
     failure = explain(dataset)
@@ -126,9 +126,10 @@ def _finished(outcome, options: dict, no_figure: bool) -> int:
 )
 def assess_mechanism(arguments: Namespace) -> int:
     """Assess a linkage with clearance: a page on its forces, its contacts, and where its motion changes."""
-    from jointplay.analysis.assessment.page import part
+    from jointplay.analysis.assessment.page import page, part
 
-    return _of_mechanism(arguments, "assess", partial(part, source=arguments.study))
+    whole, each = (partial(text, source=arguments.study) for text in (page, part))
+    return _of_mechanism(arguments, "assess", each, whole)
 
 
 @verb(
@@ -142,8 +143,8 @@ def share_of_mechanisms(arguments: Namespace) -> int:
     return _of_mechanism(arguments, "tolerances")
 
 
-def _of_mechanism(arguments: Namespace, kind: str, text=None) -> int:
-    """Run a study of one kind on the mechanism of a file, of whatever kind that is."""
+def _of_mechanism(arguments: Namespace, kind: str, text=None, table=None) -> int:
+    """Run a study of one kind on the mechanism of a file, of whatever kind that is; texts name the file."""
     from jointplay.jobs.pool import Pool
     from jointplay.study.file import load
 
@@ -153,7 +154,7 @@ def _of_mechanism(arguments: Namespace, kind: str, text=None) -> int:
     outcome = _completed(study, out, pool, fresh=arguments.fresh, note=notes.append, text=text)
     for line in notes:
         say(line)
-    return _finished(outcome, study.record.figure, arguments.no_figure)
+    return _finished(outcome, study.record.figure, arguments.no_figure, table)
 
 
 def _figure_of_run(dataset, options: dict) -> dict | None:
@@ -196,8 +197,9 @@ def plan_study(arguments: Namespace) -> int:
 @verb("status", STUDY, OUT, CHANGE, example=SWEEP)
 def show_status(arguments: Namespace) -> int:
     """Show the state of a study: finished and failed cells, whether it runs, and the stored result."""
-    from jointplay.study.file import kinds_there, load
+    from jointplay.study.file import load
     from jointplay.study.plan import status
+    from jointplay.study.toml_text import kinds_there
 
     path, out = Path(arguments.study), Path(arguments.out)
     for kind in kinds_there(path, out, arguments.set) or [None]:

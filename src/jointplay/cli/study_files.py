@@ -75,8 +75,7 @@ def _rows(path: Path, out: Path, inside: Path) -> Iterator[tuple[str, str, str, 
 
     A file that names no kind has a row for each as which it has a result.
     """
-    from jointplay.study.file import kinds_there
-    from jointplay.study.toml_text import parse, read_text
+    from jointplay.study.toml_text import kinds_there, parse, read_text
 
     try:
         table = parse(read_text(path))

@@ -71,13 +71,6 @@ def load(path: Path | str, changes: Iterable[str] = (), kind: str | None = None)
     return Loaded(validate(made), text)
 
 
-def kinds_there(path: Path, out: Path, changes: Iterable[str] = ()) -> list[str]:
-    """The kinds as which a study file that names none has results, or begun ones."""
-    named = "kind" in toml_text.override(_read(path)[0], changes)
-    files = ((kind, out / f"{path.stem}_{kind}{end}") for kind in KINDS for end in (".nc", ".journal"))
-    return [] if named else list(dict.fromkeys(kind for kind, file in files if file.exists()))
-
-
 def _read(path: Path | str) -> tuple[dict[str, Any], str]:
     """The table of a study file, or of the study that a result answers, defaults filled in; and its text."""
     if Path(path).suffix != ".nc":

@@ -13,6 +13,7 @@ from typing import Any
 
 from jointplay.display.errors import InputError, Problem, raise_any, unknown
 from jointplay.display.number_text import typed
+from jointplay.kinds import KINDS
 from jointplay.solver.mechanism.measures import SMALLEST
 
 DEPTH = 16  # tables inside tables; no study needs more
@@ -59,6 +60,14 @@ def _table(text: str) -> dict[str, Any]:
     if text.count(".") > DOTS and any(part.count(".") > DOTS for part in re.split(r"[=,{}\[\]\n]", text)):
         raise ValueError(f"a key of more than {DOTS} parts")
     return tomllib.loads(text)
+
+
+def kinds_there(path: Path, out: Path, changes: Iterable[str] = ()) -> list[str]:
+    """The kinds as which a study file that names none has results, or begun ones; a result names its own."""
+    if path.suffix == ".nc" or "kind" in override(parse(read_text(path)), changes):
+        return []
+    files = ((kind, out / f"{path.stem}_{kind}{end}") for kind in KINDS for end in (".nc", ".journal"))
+    return list(dict.fromkeys(kind for kind, file in files if file.exists()))
 
 
 def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:

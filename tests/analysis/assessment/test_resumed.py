@@ -2,6 +2,7 @@
 
 import math
 import signal
+import time
 from contextlib import contextmanager, suppress
 
 import pytest
@@ -132,3 +133,15 @@ def test_a_block_ends_when_its_time_is_used_up_and_no_other_does():
             pytest.fail("it had no time")
         tick()
     tick()
+
+
+def test_progress_is_that_of_the_budget_where_this_is_used_up_sooner():
+    said = []
+    rounds = assess_module.Rounds(10.0, said.append, 1, 3)
+    rounds.told(0.2)
+    rounds.began, rounds.since, rounds.spent = time.time() - 8.0, time.time() - 4.0, 4.0
+    rounds.told(0.2)
+    rounds.told(0.9)
+    rounds.since -= 3.0
+    rounds.told(0.3)
+    assert said == pytest.approx([0.2, 0.8, 0.9, 1.0], abs=0.01)

@@ -116,7 +116,7 @@ def refused(**given):
         ({"clearence": {"normal": [1e-4, 1e-6]}}, "spreads.clearence", "clearance"),
         ({"clearance": {"normal": [1e-4, 1e-6], "uniform": [0, 1]}}, "spreads.clearance", "one of"),
         ({"clearance": {"fit": "H7/f7"}}, "spreads.clearance.diameter", "needed"),
-        ({"clearance": {"fit": "H7/h6", "diameter": "0.9 m"}}, "spreads.clearance.fit", "diameter up to"),
+        ({"clearance": {"fit": "H7/h6", "diameter": "0.9 m"}}, "spreads.clearance.diameter", "up to"),
         ({"clearance": {"fit": "H7/k6", "diameter": 0.02}}, "spreads.clearance.fit", "clearance"),
         ({"clearance": {"within": [2e-5, 1e-5]}}, "spreads.clearance.within", "rising"),
         ({"clearance": {"within": [1e-5, 2e-5], "cp": 1, "cpk": 2}}, "spreads.clearance.cpk", "at most 1"),

@@ -350,6 +350,7 @@ class Rounds:
         self, budget: float, progress: Callable[[float], None] | None, n_jobs: int | None, possible: int
     ):
         self.began, self.budget, self.spent = time.time(), budget, 0.0
+        self.since = self.began
         self.progress, self.n_jobs, self.possible, self.number = progress, n_jobs, possible, 0
         self.shares = SHARES["keeps contact"]
 
@@ -357,8 +358,8 @@ class Rounds:
         self, function: Callable[..., Answer], cells: Sequence[dict[str, Any]], needed: Answer | None = None
     ) -> list[Answer]:
         """Answers of a round; ``not_run`` where the budget is used up, or an answer that it needs failed."""
-        tell = part(self.progress, *self.shares[self.number : self.number + 2])
-        self.number += 1
+        tell = self.progress and part(self.told, *self.shares[self.number : self.number + 2])
+        self.number, self.since = self.number + 1, time.time()
         found: list[Answer] = [{"status": NOT_RUN}] * len(cells)
         cut, left = 0, [] if needed is not None and needed["status"] else [*range(len(cells))]
         for low in (LEAST * 2**n for n in range(MOST)):
@@ -374,6 +375,12 @@ class Rounds:
                 found[i] = each
             left = [i for i in left if found[i]["status"] == NOT_RUN]
         return found
+
+    def told(self, done: float) -> None:
+        """Tell how much is done: of the work or, where that is more, of the budget at the mean pace so far."""
+        before = self.since - self.began
+        used = self.spent * (1 + (time.time() - self.since) / before) if self.spent and before else 0.0
+        self.progress(max(done, min(used / self.budget, 1.0)))
 
 
 def _timed(limit: float, function: Callable[..., Answer], *values: Any) -> Answer:

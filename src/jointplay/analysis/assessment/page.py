@@ -85,12 +85,13 @@ def answer(dataset: Dataset) -> str:
     return "\n".join([*lines, _limits(dataset), helps])
 
 
-def page(dataset: Dataset, source: str = "STUDY.toml") -> str:
+def page(dataset: Dataset, source: str | None = None) -> str:
     """Return the whole assessment as a page of plain text; `source` is the file in its commands."""
+    source = source or f"{dataset.attrs.get('study', 'STUDY')}.toml"
     return "\n".join(part(dataset, number, source) for number in range(len(PARTS)))
 
 
-def part(dataset: Dataset, number: int, source: str = "STUDY.toml") -> str:
+def part(dataset: Dataset, number: int, source: str) -> str:
     """Return a part of the page, which is known after the round of the assessment that has its number.
 
     What to do is final after the last one: edges say where the grade changes, among coarse values or nearer.
@@ -156,10 +157,14 @@ def _verdict(dataset: Dataset) -> str:
     word = _grade(dataset).capitalize()
     if word == "Quiet":
         return f"{word}: contact is never lost; {most}"
-    k = int(np.nanargmax(dataset["impact_speed"].values))
-    count, hit = (float(dataset[name][k]) for name in ("separations", "impact_speed"))
-    hits = f"hits at {measure(hit, 'm s-1', 3)}"
-    return f"{word}: joint {joints[k]} loses contact {_times(count)} and {hits}; {most}"
+    counts, speeds = (dataset[name].values for name in ("separations", "impact_speed"))
+    k = int(np.nanargmax(speeds))
+    hits = f"hits at {measure(float(speeds[k]), 'm s-1', 3)}"
+    lost = [f"joint {joints[k]} loses contact {_times(float(counts[k]))} and {hits}"]
+    for j in np.flatnonzero((counts > 0) & (np.arange(len(joints)) != k)):
+        at = f" and at {measure(float(speeds[j]), 'm s-1', 3)}" if speeds[j] > 0 else ""
+        lost.append(f"joint {joints[j]} {_times(float(counts[j]))}{at}")
+    return f"{word}: {', '.join(lost)}; {most}"
 
 
 def _times(count: float) -> str:
@@ -581,7 +586,7 @@ def _met(dataset: Dataset, sides: Sequence[tuple[str, str]], name: str) -> Itera
         if how != "not_met":
             kind = FOUND.get(how, how.replace("_", " "))
             if math.isfinite(back := float(found["return_ratio"])):
-                kind += f"; back to the present behaviour at {_value(dataset, key, back, 4)}"
+                kind += f"; back to the present behaviour by {_value(dataset, key, back, 4)}"
             yield f"{_words(dataset, name, how)}: {place}", *_place(dataset, key, found), kind
 
 

@@ -89,8 +89,10 @@ def with_parts(record: R, changes: Mapping[str, Any]) -> R:
 def _told_of(record: Any, path: str, value: Any, problem: Problem) -> Problem:
     """A problem where a value was changed, which may not fit to a number elsewhere."""
     expected, colon, more = problem.expected.partition(": ")
-    if is_number(problem.given) and problem.given != value:
-        other = _by_name(record, problem.key.partition(".")[2])
+    other = _by_name(record, problem.key.partition(".")[2])
+    if other.startswith((f"{path}.", f"{path}[")):
+        return Problem(other, problem.given, problem.expected)
+    if is_number(problem.given) and problem.given != value and other not in ("", path):
         expected += f" as {other}, which is {problem.given:g}"
         more += f"; '{path} + {other}' changes both by as much" if other.endswith(".at") else ""
     return Problem(path, value, expected + colon + more)

@@ -133,7 +133,7 @@ def _fields(kind: type[Record]) -> list[tuple[str, str, str | None, bool]]:
 def _numbers(record: Any, root: str) -> Iterator[tuple[str, float, str | None, bool]]:
     """Key, value, units of every number of a record and its parts, and whether it must be above 0."""
     for name, word, units, positive in _fields(type(record)):
-        value, key = getattr(record, name), join(root, word)
+        value, key = getattr(record, name), root if name == "parts" else join(root, word)  # as files have it
         rows = [(key, value)]
         if isinstance(value, float):
             yield key, value, units, positive

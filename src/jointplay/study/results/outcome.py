@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -52,10 +53,12 @@ def failed_cells(dataset: xr.Dataset) -> list[str]:
     return labels
 
 
-def write_table(dataset: xr.Dataset, path: Path) -> list[Path]:
-    """Write the table of a result, for the kinds that have one; give back the files."""
+def write_table(
+    dataset: xr.Dataset, path: Path, table: Callable[[xr.Dataset], str] | None = None
+) -> list[Path]:
+    """Write the table of a result, its kind's own one if left out, if any; give back the files."""
     row = KINDS.get(str(dataset.attrs.get("kind")))
-    table = row.outputs.table if row else None
+    table = table or (row.outputs.table if row else None)
     if table is None or "swept" in dataset.attrs:
         return []
     with replaced(path) as temporary:

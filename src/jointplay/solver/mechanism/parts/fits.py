@@ -163,15 +163,14 @@ def fit(
 
 
 def limits(name: str, diameter: float, key: str = "") -> Fit:
-    """The same for a record, which names the key."""
+    """The same for a record, which names the key of the fit."""
     found, size = _WRITTEN.fullmatch(name.replace(" ", "")), round(1e3 * diameter, 9)
     classes = [(found[1], int(found[2])), (found[3], int(found[4]))] if found else []
     if not classes or not all(_known(*each) for each in classes):
         raise refuse(name, ACCEPTED, key)
     if size > LARGEST:
-        raise refuse(
-            name, f"a diameter up to {LARGEST:g} mm is accepted with a fit, and this is {size:g} mm", key
-        )
+        text = f"a diameter up to {LARGEST:g} mm is accepted with a fit, and this is {size:g} mm"
+        raise refuse(diameter, text, "diameter")
     hole, shaft = (tuple(each / 1e6 for each in deviations(*one, size)) for one in classes)
     made = Fit("/".join(f"{letter}{grade}" for letter, grade in classes), diameter, hole, shaft)
     if not made.clearance > 0:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
 from jointplay.display.accepted import units_of
-from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, refuse
+from jointplay.display.errors import NOTHING, InputError, Problem, raise_any, refuse, unknown
 from jointplay.display.number_text import measure
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.equations.structure import CORNERS
@@ -320,9 +320,12 @@ def _fitted(given: Mapping[str, Any]) -> tuple[Any, list[Problem]]:
         problems = [Problem("fit", given["fit"], "a fit is accepted with kind = 'revolute' only")]
     else:
         try:
-            found, problems = limits(given["fit"], size), []
+            found, problems = limits(given["fit"], size, "fit"), []
         except InputError as error:
-            problems = error.under("fit").problems
+            problems = [
+                Problem("radius", given["radius"], each.expected) if each.key == "diameter" else each
+                for each in error.problems
+            ]
     if own is None:  # where none is known, any one lets what a joint with clearance needs tell so
         return 1.0 if problems else found.clearance, problems
     if not problems and is_number(clearance := _metres(own)) and clearance != found.clearance:
@@ -455,11 +458,13 @@ def _with_their_parts(data: Mapping[str, Any]) -> tuple[Mapping[str, Any], list[
     flat = {key: value for key, value in data.items() if key in PinInBush.model_fields}
     problems = []
     if flat:
-        data = {key: value for key, value in data.items() if key not in flat}
+        known = [key for key in (*PinInBush.model_fields, *Contact.model_fields) if key != "parts"]
+        problems = [unknown(str(key), x, key, known, "key") for key, x in data.items() if key not in known]
+        data = {key: value for key, value in data.items() if key in known and key not in flat}
         try:
             data["parts"] = PinInBush(**flat)
         except InputError as error:
-            problems, data["parts"] = error.problems, _SOME
+            problems, data["parts"] = problems + error.problems, _SOME
     if data.get("parts") is not None and data.get("law") is None:
         data = {**data, "law": "hunt_crossley"}
     return data, problems
