@@ -377,7 +377,7 @@ class Rounds:
         return found
 
     def told(self, done: float) -> None:
-        """Tell how much is done: of the work or, where that is more, of the budget at the mean pace so far."""
+        """Tell how much is done: of the work or, where that is more, of the budget at its pace so far."""
         before = self.since - self.began
         used = self.spent * (1 + (time.time() - self.since) / before) if self.spent and before else 0.0
         self.progress(max(done, min(used / self.budget, 1.0)))
