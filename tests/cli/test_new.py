@@ -13,6 +13,7 @@ from jointplay.solver.mechanism import catalog
 from jointplay.study.file import load, validate
 from jointplay.study.models import ELSEWHERE, TABLES
 from jointplay.study.new import names, new
+from jointplay.study.toml_text import parse
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -83,7 +84,8 @@ def test_each_key_has_a_comment_of_its_own_that_fits_on_the_page(text):
             continue  # of a further link or joint
         assert comment, (table, key)
         assert not re.search(r"As in|see `[A-Z]", comment), (key, comment)
-        assert about.setdefault((table, key), comment) == comment
+        other = "instead" * comment.startswith("Instead of")  # another form of what has been said
+        assert about.setdefault((table, key + other), comment) == comment
     assert len({*about.values()}) == len(about)
     assert all(len(line) <= 110 for line in text.splitlines() if line.startswith("#") and " = " not in line)
 
@@ -101,6 +103,27 @@ def test_numbers_are_written_as_a_person_writes_them():
 def told(record):
     """A record with its numbers to 14 digits: files say 15."""
     return re.sub(r"\d+\.\d+(e-?\d+)?", lambda number: f"{float(number[0]):.14g}", record.model_dump_json())
+
+
+@pytest.mark.parametrize("name", ["four_bar", "slider_crank", "siconos_four_bar"])
+def test_other_forms_that_a_new_study_shows_are_accepted_in_the_place_of_numbers(name):
+    text = new("response", "own", name)
+    table = parse(text)
+    links, joints = (table["mechanism"][each] for each in ("links", "joints"))
+    loose = next(joint for joint in joints if joint.get("clearance"))
+    replaced = {"shape": (links[0], ("mass", "centre", "inertia", "inertia_centre"))}
+    replaced |= {"fit": (loose, ("clearance",)), "contact": (loose, ("contact", "friction"))}
+    shown = re.findall("^# (shape|fit|contact) = (.*?)(?: +#.*)?$", text, re.MULTILINE)
+    assert [key for key, _ in shown] == [*replaced]
+    for key, value in shown:
+        part, keys = replaced[key]
+        for each in keys:
+            part.pop(each, None)
+        part |= parse(f"{key} = {value}")
+    mechanism = validate({"name": "own"} | table).mechanism
+    assert mechanism.links[0].shape.bar.thickness == 6e-3
+    assert (found := mechanism.joint(loose["name"])).fit == "H7/f7"
+    assert set(found.sources.values()) == {"from pin and bush"}
 
 
 def test_nothing_is_written_over_and_wrong_names_are_told(tmp_path, capsys):

@@ -23,6 +23,21 @@ from jointplay.study.toml_text import parse, written
 ALIAS = {"four_bar": "chunmei2002"}
 USUAL = {"catalog": "chunmei2002", "clearance": 2.9e-4, "gear_ratio": 3.0}
 TABLES = ("links", "joints", "springs", "loads")  # of a linkage: a table each entry
+INSTEAD = {  # of what the first of these says: other forms, and what they take the place of
+    "links": {
+        "shape": (
+            {"bar": {"width": "40 mm", "thickness": "6 mm"}, "material": "steel"},
+            "Instead of mass, centre and inertia: what the link is made of",
+        )
+    },
+    "joints": {
+        "fit": ("H7/f7", "Instead of a clearance: a fit of ISO 286 at twice the radius"),
+        "contact": (
+            {"pin": "steel", "bush": "bronze", "length": "12 mm"},
+            "Instead of contact and friction in numbers: pin and bush",
+        ),
+    },
+}
 COLUMN = 48  # where comments begin
 WIDTH = 110
 DIGITS = 15  # of a number: what it is meant to be, without the rounding of how it was computed
@@ -71,7 +86,7 @@ def _lines(row: Kind, name: str, mechanism: str | None) -> Iterator[str]:
         f"# {about}",
         f"# Validate: jointplay check {name}.toml. Compute and draw: jointplay run {name}.toml",
         '# A number without a unit is in SI units (m, kg, s, rad, N); a text has its own, such as "0.29 mm".',
-        "# A line that begins with # sets nothing: it shows what holds if the key is left out.",
+        "# A line that begins with # sets nothing: it shows what holds without the key, or another form.",
         f"kind = {written(row.name)}",
         *_commented("title", None, "What this study is about, for figures and pages (text)"),
         "",
@@ -212,9 +227,13 @@ def _mechanism(name: str) -> Iterator[str]:
         raise InputError([Problem("--mechanism", name, "a linkage is accepted, not equations of their own")])
     yield from _keys(record, {*TABLES, "drive"})
     for table in TABLES:
-        known = set[str]()
+        known, forms = set[str](), INSTEAD.get(table, {})
         for part in getattr(record, table):
             yield from ("", f"[[mechanism.{table}]]", *_keys(part, known=known))
+            if forms and (table == "links" or not (part.ideal or part.prismatic)):
+                for key, (value, about) in forms.items():
+                    yield from _commented(key, value, about)
+                forms = {}
     if record.drive:
         yield from ("", "[mechanism.drive]", *_keys(record.drive))
 
