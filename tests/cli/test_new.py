@@ -105,7 +105,7 @@ def told(record):
     return re.sub(r"\d+\.\d+(e-?\d+)?", lambda number: f"{float(number[0]):.14g}", record.model_dump_json())
 
 
-@pytest.mark.parametrize("name", ["four_bar", "slider_crank", "siconos_four_bar"])
+@pytest.mark.parametrize("name", ["four_bar", "slider_crank"])
 def test_other_forms_that_a_new_study_shows_are_accepted_in_the_place_of_numbers(name):
     text = new("response", "own", name)
     table = parse(text)
