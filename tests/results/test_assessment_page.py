@@ -11,6 +11,7 @@ from jointplay.analysis.assessment.assess import OUTPUTS, assembled, first_chang
 from jointplay.analysis.assessment.curves import ratios
 from jointplay.analysis.assessment.page import BY, GRADES, answer, commands, grade, over_ideal, page
 from jointplay.analysis.labels import ended
+from jointplay.analysis.quantities import STATUS
 from jointplay.display.number_text import measure
 from jointplay.study.file import load
 from tests.figures.support.synthetic_assessment import (
@@ -168,6 +169,17 @@ def test_a_curve_says_where_contact_is_kept_beyond_a_harder_grade():
     found["curve_grade"][0, 2] = GRADES.index("quiet")
     value = found["curve_ratio"].values[0, 2] * 200
     assert re.search(rf"Loss of contact stops at .* below about {value:.3g}", page(found))
+
+
+def test_a_curve_that_was_cut_short_says_of_how_many_values_it_is():
+    found = assessment()
+    count = found.sizes["value"]
+    assert f"among the {count} values of the curve" in page(found)
+    found["curve_status"][0, 5:] = STATUS.index("not_run")
+    assert f"among the 5 to {count} of {count} values of the curve" in page(found)
+    found["curve_status"][1, 5:] = STATUS.index("not_run")
+    assert f"among the 5 of {count} values of the curve" in page(found)
+    assert "(the same command goes on with what was not looked at)" in page(found)
 
 
 def test_what_has_not_settled_is_counted_and_helps_nothing():

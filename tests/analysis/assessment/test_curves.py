@@ -10,9 +10,10 @@ from jointplay.analysis.assessment import alternatives, curves
 from jointplay.analysis.assessment.assess import first_change, sided
 from jointplay.analysis.assessment.edges import Search
 from jointplay.analysis.assessment.page import BY
-from jointplay.analysis.assessment.settled import plan, present
+from jointplay.analysis.assessment.settled import followed, plan, present
 from jointplay.analysis.quantities import STATUS
 from jointplay.solver.mechanism.catalog.presets import four_bar_pins, joined
+from jointplay.solver.motion.progress import OutOfTime
 
 pytestmark = pytest.mark.long  # the first one compiles for six seconds
 HOW = plan(40, 32, 60, 1e-7, None)
@@ -64,6 +65,43 @@ def test_forces_along_a_curve_are_those_of_a_settled_motion_run_directly(here, k
         ideal = jp.simulate(place.replace(clearance=0.0), turns=1, rtol=1e-10, samples_per_turn=5000)
         by_name = dict(zip(ideal["pin"].values, ideal["largest_reaction"].values, strict=True))
         np.testing.assert_allclose(row["ideal"], [by_name[name] for name in row["names"]], rtol=1e-6)
+
+
+def test_a_curve_that_is_cut_short_has_values_far_apart_and_goes_on_with_those_between(monkeypatch):
+    """Of a motion that has not settled: cut in each group of values, it ends as one that is not cut."""
+    for name, value in {"VALUES": 9, "MIDDLE": 4, "FIRST": (4, 2, 1)}.items():
+        monkeypatch.setattr(curves, name, value)
+    mechanism = jp.catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
+    now = followed(mechanism, None, replace(HOW, transient=2, turns=4))
+    assert not now.period
+    assert not now.traits["chaos"]
+    how = replace(HOW, transient=4, turns=4, lyapunov_turns=4)
+    whole, rows = curves.curve(now, KEY, None, 2, how), curves.Scene.rows
+    assert whole["status"] == 0
+    assert "known" not in whole
+    known, looked, left = None, [], [0]
+
+    def cut(scene, where):
+        left[0] -= 1
+        if left[0] < 0:
+            raise OutOfTime
+        return rows(scene, where)
+
+    monkeypatch.setattr(curves.Scene, "rows", cut)
+    with pytest.raises(OutOfTime):
+        curves.curve(now, KEY, None, 2, how)
+    for _ in range(3):
+        left[0] = 1
+        part = curves.curve(now, KEY, None, 2, how, known)
+        looked.append(np.flatnonzero(part["statuses"] != curves.NOT_RUN).tolist())
+        assert part["status"] == curves.NOT_RUN
+        known = part["known"]
+        assert np.isfinite(part["peak"][looked[-1]]).all()
+    assert looked == [[0, 3, 4, 8], [0, 2, 3, 4, 6, 8], [*range(9)]]
+    monkeypatch.setattr(curves.Scene, "rows", rows)
+    again = curves.curve(now, KEY, None, 2, how, known)
+    for name in ("statuses", "peak", "ideal", "impact_speed", "grade", "change"):
+        np.testing.assert_array_equal(again[name], whole[name])
 
 
 @pytest.fixture(scope="module")

@@ -35,3 +35,16 @@ def test_parameters_that_were_not_looked_at_have_words_and_no_panel():
     assert part.get_figheight() < whole.get_figheight()
     found["curve_status"][:] = Status.NOT_RUN
     assert not figures.draw(found, {"kind": "assess"}).legends
+
+
+def test_a_curve_that_was_cut_short_is_drawn_through_what_was_looked_at():
+    found = assessment()
+    found["curve_status"][:] = Status.NOT_RUN
+    found["curve_status"][0, ::12] = Status.OK
+    part = figures.draw(found, {"kind": "assess"})
+    (ideal, loose, *_), ratios = part.axes[0].lines, found["curve_ratio"].values[0, ::12]
+    for line in (ideal, loose):
+        assert line.get_xdata() == pytest.approx(200 * ratios)
+    texts = [text.get_text() for legend in part.legends for text in legend.get_texts()]
+    assert "unknown" not in texts
+    assert "5 values and their grades" in texts

@@ -426,10 +426,18 @@ def hung(mechanism: Mechanism, motion: Answer, turns: int, how: Any, limit: floa
 
 
 def curved(
-    mechanism: Mechanism, motion: Answer, key: str, start: Any, turns: int, how: Any, limit: float, **_: Any
+    mechanism: Mechanism,
+    motion: Answer,
+    key: str,
+    start: Any,
+    turns: int,
+    how: Any,
+    limit: float,
+    known: Answer,
+    **_: Any,
 ) -> Answer:
     """Answer of a cell: forces over a parameter."""
-    return _timed(limit, curve, Settled.of(mechanism, motion), key, start, turns, how)
+    return _timed(limit, curve, Settled.of(mechanism, motion), key, start, turns, how, known)
 
 
 def sided(
@@ -607,7 +615,7 @@ def _curves(joints: list[str], keys: Sequence[str], over: Sequence[Answer]) -> d
     period, marks = np.full(shape, np.nan), np.full(shape, GRADED.index(UNKNOWN))
     statuses = np.full(shape, NOT_RUN)
     for i, each in enumerate(over):
-        if each["status"]:
+        if "statuses" not in each:
             statuses[i] = each["status"]
             continue
         statuses[i], period[i] = each["statuses"], each["period"]

@@ -5,14 +5,15 @@ repeats closely every turn is not followed further. It is recorded over one peri
 little longer, for what happens at its bounds; over `turns` where not. Where the present motion settles
 slowly, its orbit is followed to each value that has not settled. Ideal joints' forces are those of the same
 value. Where the grade first differs from the present one, on each side, the step is halved. Where it does
-nowhere on a side, it is looked for farther out, by doubling.
+nowhere on a side, it is looked for farther out, by doubling. Where the present motion has not settled, a turn
+costs much and the time may not do for all: a few values far apart come first, and those between them later.
 Validity: of the motion that is reached from the start; where several coexist another one may be.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import chain
@@ -22,10 +23,11 @@ import numpy as np
 
 from jointplay.analysis.assessment.branch_walk import Branch, Walk
 from jointplay.analysis.assessment.forces import columns, forces
-from jointplay.analysis.assessment.page import BY, grade, largest, over_ideal
+from jointplay.analysis.assessment.page import BY, grade, largest, over_ideal, tried_at
 from jointplay.analysis.assessment.settled import SLOW, Settled, Unsettled, approached, on_orbit, reached
 from jointplay.analysis.cells import guarded
 from jointplay.analysis.period import REPEATS
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import moved, placed
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
 from jointplay.solver.mechanism.model import Model
@@ -34,6 +36,7 @@ from jointplay.solver.mechanism.records import Mechanism, Section
 from jointplay.solver.motion.progress import OutOfTime, stands
 
 VALUES = 49  # the present one in the middle
+MIDDLE = VALUES // 2
 SPANS = {"clearance": 10.0}  # reach of a curve by the parameter's last word, as a factor
 SPAN = 3.0
 SOON = {"transient": 8, "turns": REPEATS}  # turns dropped and looked at
@@ -45,6 +48,8 @@ HALVED = 5  # steps to a change of the grade
 FARTHER = 10.0  # times the reach of a curve: as far a change of the grade is looked for, by doubling
 BRIEFLY = 0.3  # of the turns over which the present motion's exponent is averaged
 STEP = 0.005  # of the logarithm, the shortest with which an orbit is followed
+FIRST = (12, 6, 3, 1)  # steps from value to value, one after another, where time may not do for all
+NOT_RUN = STATUS.index("not_run")
 # of a place: force and ratio are those of the joint, by its place, whose ratio is the largest
 END = ("ratio", "grade", "joint", "force", "force_ratio", "impact_speed", "by")
 Spot = tuple[float, dict[str, Any]]  # a ratio, and what is known there
@@ -56,33 +61,62 @@ def ratios(key: str) -> np.ndarray:
     return np.geomspace(1 / span, span, VALUES)
 
 
-def curve(here: Settled, key: str, start: Any, turns: int, how: Plan) -> dict[str, Any]:
+def curve(
+    here: Settled, key: str, start: Any, turns: int, how: Plan, known: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
     """Forces over a parameter, about the present motion; others begin at the start.
 
     Returns
     -------
     dict
-        ``status`` 0; ``names`` of the joints, those with clearance first; over values ``ratio``,
-        ``statuses``, ``period`` (0: none seen), ``lost`` and ``grade`` (NaN: not known, as where a motion
-        that settles slowly has not settled); over these and
+        ``status``, 0, or ``not_run`` where its time was used up: then what is known so far, and that as
+        ``known``, with which another call goes on. ``names`` of the joints, those with clearance first; over
+        values ``ratio``, ``statuses``, ``period`` (0: none seen), ``lost`` and ``grade`` (NaN: not known, as
+        where a motion that settles slowly has not settled); over these and
         joints ``peak`` and ``ideal`` (N), over those with clearance ``impact_speed`` (m/s). ``change``: over
         the sides, below and above, and the places before and after the first change of the grade, numbers as
         `END`; the latter NaN where it is not met.
     """
     scene = Scene(here, key, start, turns, how)
     where, name = ratios(key), f"forces over the {Parameter(here.mechanism, key).noun}"
-    middle = len(where) // 2
-    stands(0.0, name)
-    above = [scene.of(here), *scene.rows(where[middle + 1 :])]
-    stands(0.4, name)
-    rows = scene.rows(where[:middle][::-1])[::-1] + above
-    changes = []
-    for sense in (-1, 1):
-        stands(0.85 + 0.05 * sense, name)
-        changes.append(scene.change(rows, where, sense))
-    answer = columns(rows, ("status", "period", "lost", "grade", "peak", "ideal", "impact_speed"))
-    answer["statuses"] = answer.pop("status")
+    rows = {i: scene.read(where[i], row) for i, row in (known or {}).items()}
+    stands(len(rows) / VALUES, name)
+    status, sides = 0, (-1, 1)
+    try:
+        rows[MIDDLE] = scene.of(here)
+        for group in _groups(where, key, here):
+            if left := [i for i in group if i not in rows]:
+                rows |= zip(left, scene.rows(where[left]), strict=True)
+            stands(0.8 * len(rows) / VALUES, name)
+        changes = []
+        for sense in sides:
+            stands(0.85 + 0.05 * sense, name)
+            changes.append(scene.change(_all(rows), where, sense))
+    except OutOfTime:
+        if len(rows) < 2:
+            raise
+        status = NOT_RUN
+        changes = [scene.change(_all(rows), where, sense, refined=False) for sense in sides]
+    answer = columns(_all(rows), ("status", "period", "lost", "grade", "peak", "ideal", "impact_speed"))
+    answer |= {"statuses": answer.pop("status"), "status": status}
+    answer |= {"known": {i: scene.plain(row) for i, row in rows.items() if i != MIDDLE}} if status else {}
     return answer | {"ratio": where, "change": np.array(changes)}
+
+
+def _groups(where: np.ndarray, key: str, here: Settled) -> Iterator[list[int]]:
+    """Values, by their numbers, that are looked at together, one group after another."""
+    if here.period or here.traits["chaos"]:
+        yield [*range(MIDDLE + 1, VALUES)]
+        yield [*range(MIDDLE)][::-1]
+        return
+    tried = int(np.argmin(np.abs(np.log(where / tried_at(key)))))
+    for step in FIRST:
+        yield sorted({*range(0, VALUES, step), tried}, key=lambda i: abs(i - MIDDLE))
+
+
+def _all(rows: Mapping[int, dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows of all values; those that were not looked at have the status ``not_run``."""
+    return [rows.get(i, {"status": NOT_RUN}) for i in range(VALUES)]
 
 
 class Scene:
@@ -140,6 +174,17 @@ class Scene:
         turns = REPEATED * motion.period or self.turns
         return forces(motion, turns, self.how, per_turn, brief=True, model=model)
 
+    def plain(self, row: dict[str, Any]) -> dict[str, Any]:
+        """A row as part of a cell's answer: without the mechanism."""
+        return row | ({"motion": row["motion"].plain()} if "motion" in row else {})
+
+    def read(self, ratio: float, plain: dict[str, Any]) -> dict[str, Any]:
+        """The row of a value over the present one, from a cell's answer."""
+        if "motion" not in plain:
+            return plain
+        mechanism = self.mechanism.varied({self.key: float(ratio * self.present)})
+        return plain | {"motion": Settled.of(mechanism, plain["motion"])}
+
     def of(self, motion: Settled) -> dict[str, Any]:
         """The row of a motion that has been followed."""
         answer = {"status": 0, "mechanism": motion.mechanism, "motion": motion, "model": None}
@@ -182,21 +227,27 @@ class Scene:
         near = approached(there, self.branch.map(value, there.map.rtol), motion.end.state)
         return on_orbit(motion.mechanism, there, self.how) if near else None
 
-    def change(self, rows: list[dict[str, Any]], where: np.ndarray, sense: int) -> np.ndarray:
+    def change(
+        self, rows: list[dict[str, Any]], where: np.ndarray, sense: int, refined: bool = True
+    ) -> np.ndarray:
         """The last place with the present grade on a side, and the first with another one, as `END`.
 
         The second one is NaN where it is not met. Where the change seems to be to a motion that has not
-        settled, those are followed longer; so is that of the row, which may be as before then.
+        settled, those are followed longer; so is that of the row, which may be as before then. Unless it is
+        to be `refined`, it is that of the rows.
         """
         known = [*zip(map(float, where), rows, strict=True)][len(where) // 2 :: sense]
+        known = [(ratio, row) for ratio, row in known if row.get("status") != NOT_RUN]
         inner, end = known[0], known[-1][0]
-        farther = (end * 2.0 ** (sense * n) for n in range(1, round(math.log2(FARTHER)) + 1))
+        farther = (end * 2.0 ** (sense * n) for n in range(1, round(math.log2(FARTHER)) + 1) if refined)
         for ratio, row in chain(known[1:], ((ratio, self._row_at(ratio)) for ratio in farther)):
-            if not _graded(row):
+            if refined and not _graded(row):
                 self._longer(row)
             if not (_graded(row) and _graded(inner[1])):
                 break
             if row["grade"] != inner[1]["grade"]:
+                if not refined:
+                    return np.array([_end(*inner), _end(ratio, row)])
                 found = self._halved(inner, (ratio, row))
                 if not found[1][1]["settled"]:
                     self._longer(row)

@@ -179,7 +179,7 @@ def _limits(dataset: Dataset) -> str:
         return "Where contact is first lost or kept was not looked at"
     if not places:
         return f"Contact is {'lost' if lost else 'kept'} at all values that were looked at"
-    coarse = f" ({COARSE.format('about', dataset.sizes['value'])})" if "about" in str(places) else ""
+    coarse = f" ({COARSE.format('about', _followed(dataset))})" if "about" in str(places) else ""
     return f"{'Loss of contact stops' if lost else 'Contact is first lost'} {', or '.join(places)}{coarse}"
 
 
@@ -340,10 +340,18 @@ def _to_do(dataset: Dataset) -> list[str]:
     ratio = dataset["grade_change_ratio"].sel(place="after")
     rows += [_grade_change(dataset, *at) for at in _nearest_first(looked, ratio)]
     if coarse := [word for word in ("about", NOT_MET) if any(word in row[1] for row in rows)]:
-        words = COARSE.format(", ".join(coarse), dataset.sizes["value"])
+        words = COARSE.format(", ".join(coarse), _followed(dataset))
         notes.append(f"{words}; a narrow range with another grade may lie nearer")
     lines = ["What to do", *(_table(rows) if len(rows) > 1 else []), *(f"  {note}" for note in notes)]
     return [*lines, f"  {_helps(dataset)}"]
+
+
+def _followed(dataset: Dataset) -> str:
+    """How many values of the curves were looked at, from least to most where that differs."""
+    counts, whole = (codes.words(dataset["curve_status"]) != NOT_RUN).sum("value"), dataset.sizes["value"]
+    least, most = (f(counts.values[counts.values > 0]) for f in (np.min, np.max))
+    text = f"{most}" if least == most else f"{least} to {most}"
+    return text if least == whole else f"{text} of {whole}"
 
 
 def _nearest_first(sides: Iterable[tuple[str, str]], ratio: DataArray) -> list[tuple[str, str]]:
@@ -410,7 +418,7 @@ def _helps(dataset: Dataset) -> str:
             found[words] = largest(over_ideal(force, dataset["ideal_peak_force"].values))
     for key in map(str, dataset["parameter"].values):
         one = dataset.sel(parameter=key)
-        at, words = OTHER.get(key.rsplit(".", 1)[-1], OTHER[""])
+        at, words = _other(key)
         i = int(np.argmin(np.abs(np.log(one["curve_ratio"].values / at))))
         if codes.words(one["curve_grade"]).values[i] == UNKNOWN:  # it may still swing
             continue
@@ -662,6 +670,15 @@ def _command(dataset: Dataset, key: str, side: str, ratio: float, source: str) -
     named = f"name={key.replace('.', '_')}_{side} 'figure={{separations=true}}'"
     settings = f"kind=bifurcation {named} 'analysis={{direction=\"{direction}\",exponents=1}}'"
     return f"jointplay run {source} --set {settings} 'vary.{key}={span}'"
+
+
+def tried_at(key: str) -> float:
+    """The value of a parameter, over the present one, that is tried as a single change."""
+    return _other(key)[0]
+
+
+def _other(key: str) -> tuple[float, str]:
+    return OTHER.get(key.rsplit(".", 1)[-1], OTHER[""])
 
 
 def grade(lost: bool, ratio: float, speed: float) -> int:

@@ -39,7 +39,8 @@ def assess(dataset: Dataset, *, joint: str | None = None) -> Figure:
         Whose force is drawn; the hardest worked one if left out.
     """
     select.require(dataset, "assess", ("force_ratio", "edge_ratio", "joint_force", "curve_ratio"))
-    looked = (codes.words(dataset["curve_status"]) != "not_run").any("value").values
+    followed = codes.words(dataset["curve_status"]) != "not_run"
+    looked = followed.any("value").values
     rows, rest = int(looked.sum()), [str(each) for each in dataset["parameter_name"].values[~looked]]
     heights = [58.0] * (rows + 1) + [12.0] * bool(rest)
     figure = style.sheet(180.0, sum(heights) + 12.0 * bool(rows))
@@ -47,7 +48,8 @@ def assess(dataset: Dataset, *, joint: str | None = None) -> Figure:
     name = select.label(dataset, "joint", joint or hardest(dataset))
     panels = []
     for i, number in enumerate(np.flatnonzero(looked)):
-        one, (force, speed) = dataset.isel(parameter=number), (figure.add_subplot(grid[i, k]) for k in (0, 1))
+        one = dataset.isel(parameter=number, value=followed.isel(parameter=number).values)
+        force, speed = (figure.add_subplot(grid[i, k]) for k in (0, 1))
         panels += [force, speed]
         force_panel(force, one, name)
         speed_panel(speed, one)
@@ -69,10 +71,13 @@ def assess(dataset: Dataset, *, joint: str | None = None) -> Figure:
 
 def _legend(figure: Figure, dataset: Dataset) -> None:
     """One legend for all panels over a parameter: grades that are met, and lines."""
-    met = set(map(str, codes.words(dataset["curve_grade"]).values.ravel()))
+    followed = codes.words(dataset["curve_status"]) != "not_run"
+    met = set(map(str, codes.words(dataset["curve_grade"]).values[followed.values]))
     edge = {"edgecolor": style.GREY, "linewidth": 0.4}
     handles = [artists.swatch(facecolor=SHADES[g], **edge, label=g) for g in SHADES if g in met]
-    handles.append(artists.sample(label=f"{dataset.sizes['value']} values and their grades", **DOT))
+    counts = {*followed.sum("value").values.tolist()}
+    count = f"{counts.pop()} values" if len(counts) == 1 else "values"
+    handles.append(artists.sample(label=f"{count} and their grades", **DOT))
     if (dataset["curve_period"].values == 0).any():
         handles.append(artists.sample(label="not seen to repeat: chaos, or not settled", **OPEN))
     handles.append(artists.sample(color=style.GREY, linewidth=1.2, linestyle="-", label="present value"))
