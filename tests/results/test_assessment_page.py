@@ -182,6 +182,14 @@ def test_a_curve_that_was_cut_short_says_of_how_many_values_it_is():
     assert "(the same command goes on with what was not looked at)" in page(found)
 
 
+def test_a_curve_that_failed_as_a_whole_says_how_it_ended():
+    found = assessment()
+    found["curve_status"][0] = STATUS.index("crashed")
+    lines = page(found).splitlines()
+    assert "  radial clearance of joint B: stopped: crashed" in lines
+    assert not any(re.match(r"  radial clearance of joint B, (below|above) +not met", line) for line in lines)
+
+
 def test_what_has_not_settled_is_counted_and_helps_nothing():
     found = assessment()
     assert "are not known" not in page(found)

@@ -23,20 +23,14 @@ from jointplay.study.toml_text import parse, written
 ALIAS = {"four_bar": "chunmei2002"}
 USUAL = {"catalog": "chunmei2002", "clearance": 2.9e-4, "gear_ratio": 3.0}
 TABLES = ("links", "joints", "springs", "loads")  # of a linkage: a table each entry
+SHAPE = {"bar": {"width": "40 mm", "thickness": "6 mm"}, "material": "steel"}
+PARTS = {"pin": "steel", "bush": "bronze", "length": "12 mm"}
 INSTEAD = {  # of what the first of these says: other forms, and what they take the place of
-    "links": {
-        "shape": (
-            {"bar": {"width": "40 mm", "thickness": "6 mm"}, "material": "steel"},
-            "Instead of mass, centre and inertia: what the link is made of",
-        )
-    },
-    "joints": {
-        "fit": ("H7/f7", "Instead of a clearance: a fit of ISO 286 at twice the radius"),
-        "contact": (
-            {"pin": "steel", "bush": "bronze", "length": "12 mm"},
-            "Instead of contact and friction in numbers: pin and bush",
-        ),
-    },
+    "links": [("shape", SHAPE, "Instead of mass, centre and inertia: what the link is made of")],
+    "joints": [
+        ("fit", "H7/f7", "Instead of a clearance: a fit of ISO 286 at twice the radius"),
+        ("contact", PARTS, "Instead of contact and friction in numbers: pin and bush"),
+    ],
 }
 COLUMN = 48  # where comments begin
 WIDTH = 110
@@ -227,13 +221,12 @@ def _mechanism(name: str) -> Iterator[str]:
         raise InputError([Problem("--mechanism", name, "a linkage is accepted, not equations of their own")])
     yield from _keys(record, {*TABLES, "drive"})
     for table in TABLES:
-        known, forms = set[str](), INSTEAD.get(table, {})
+        known, forms = set[str](), INSTEAD.get(table, [])
         for part in getattr(record, table):
             yield from ("", f"[[mechanism.{table}]]", *_keys(part, known=known))
             if forms and (table == "links" or not (part.ideal or part.prismatic)):
-                for key, (value, about) in forms.items():
-                    yield from _commented(key, value, about)
-                forms = {}
+                yield from (line for form in forms for line in _commented(*form))
+                forms = []
     if record.drive:
         yield from ("", "[mechanism.drive]", *_keys(record.drive))
 

@@ -12,6 +12,7 @@ from jointplay.analysis.assessment.edges import Search
 from jointplay.analysis.assessment.page import BY
 from jointplay.analysis.assessment.settled import followed, plan, present
 from jointplay.analysis.quantities import STATUS
+from jointplay.jobs.values import read, written
 from jointplay.solver.mechanism.catalog.presets import four_bar_pins, joined
 from jointplay.solver.motion.progress import OutOfTime
 
@@ -69,7 +70,7 @@ def test_forces_along_a_curve_are_those_of_a_settled_motion_run_directly(here, k
 
 def test_a_curve_that_is_cut_short_has_values_far_apart_and_goes_on_with_those_between(monkeypatch):
     """Of a motion that has not settled: cut in each group of values, it ends as one that is not cut."""
-    for name, value in {"VALUES": 9, "MIDDLE": 4, "FIRST": (4, 2, 1)}.items():
+    for name, value in {"VALUES": 9, "FIRST": (4, 2, 1)}.items():
         monkeypatch.setattr(curves, name, value)
     mechanism = jp.catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
     now = followed(mechanism, None, replace(HOW, transient=2, turns=4))
@@ -95,7 +96,7 @@ def test_a_curve_that_is_cut_short_has_values_far_apart_and_goes_on_with_those_b
         part = curves.curve(now, KEY, None, 2, how, known)
         looked.append(np.flatnonzero(part["statuses"] != curves.NOT_RUN).tolist())
         assert part["status"] == curves.NOT_RUN
-        known = part["known"]
+        known = read(written(part["known"]))  # as of a journal
         assert np.isfinite(part["peak"][looked[-1]]).all()
     assert looked == [[0, 3, 4, 8], [0, 2, 3, 4, 6, 8], [*range(9)]]
     monkeypatch.setattr(curves.Scene, "rows", rows)

@@ -433,11 +433,10 @@ def curved(
     turns: int,
     how: Any,
     limit: float,
-    known: Answer,
-    **_: Any,
+    **more: Any,
 ) -> Answer:
     """Answer of a cell: forces over a parameter."""
-    return _timed(limit, curve, Settled.of(mechanism, motion), key, start, turns, how, known)
+    return _timed(limit, curve, Settled.of(mechanism, motion), key, start, turns, how, more["known"])
 
 
 def sided(

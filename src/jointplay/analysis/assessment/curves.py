@@ -23,7 +23,7 @@ import numpy as np
 
 from jointplay.analysis.assessment.branch_walk import Branch, Walk
 from jointplay.analysis.assessment.forces import columns, forces
-from jointplay.analysis.assessment.page import BY, grade, largest, over_ideal, tried_at
+from jointplay.analysis.assessment.page import BY, grade, largest, other, over_ideal
 from jointplay.analysis.assessment.settled import SLOW, Settled, Unsettled, approached, on_orbit, reached
 from jointplay.analysis.cells import guarded
 from jointplay.analysis.period import REPEATS
@@ -36,7 +36,6 @@ from jointplay.solver.mechanism.records import Mechanism, Section
 from jointplay.solver.motion.progress import OutOfTime, stands
 
 VALUES = 49  # the present one in the middle
-MIDDLE = VALUES // 2
 SPANS = {"clearance": 10.0}  # reach of a curve by the parameter's last word, as a factor
 SPAN = 3.0
 SOON = {"transient": 8, "turns": REPEATS}  # turns dropped and looked at
@@ -79,39 +78,39 @@ def curve(
     """
     scene = Scene(here, key, start, turns, how)
     where, name = ratios(key), f"forces over the {Parameter(here.mechanism, key).noun}"
-    rows = {i: scene.read(where[i], row) for i, row in (known or {}).items()}
+    rows, middle = {int(i): scene.read(where[int(i)], row) for i, row in (known or {}).items()}, VALUES // 2
     stands(len(rows) / VALUES, name)
-    status, sides = 0, (-1, 1)
+    status, changes = 0, []
     try:
-        rows[MIDDLE] = scene.of(here)
+        rows[middle] = scene.of(here)
         for group in _groups(where, key, here):
             if left := [i for i in group if i not in rows]:
                 rows |= zip(left, scene.rows(where[left]), strict=True)
             stands(0.8 * len(rows) / VALUES, name)
-        changes = []
-        for sense in sides:
+        for sense in (-1, 1):
             stands(0.85 + 0.05 * sense, name)
             changes.append(scene.change(_all(rows), where, sense))
     except OutOfTime:
         if len(rows) < 2:
             raise
         status = NOT_RUN
-        changes = [scene.change(_all(rows), where, sense, refined=False) for sense in sides]
+        changes = [scene.change(_all(rows), where, sense, refined=False) for sense in (-1, 1)]
     answer = columns(_all(rows), ("status", "period", "lost", "grade", "peak", "ideal", "impact_speed"))
     answer |= {"statuses": answer.pop("status"), "status": status}
-    answer |= {"known": {i: scene.plain(row) for i, row in rows.items() if i != MIDDLE}} if status else {}
+    answer |= {"known": {i: scene.plain(row) for i, row in rows.items() if i != middle}} if status else {}
     return answer | {"ratio": where, "change": np.array(changes)}
 
 
 def _groups(where: np.ndarray, key: str, here: Settled) -> Iterator[list[int]]:
     """Values, by their numbers, that are looked at together, one group after another."""
+    middle = VALUES // 2
     if here.period or here.traits["chaos"]:
-        yield [*range(MIDDLE + 1, VALUES)]
-        yield [*range(MIDDLE)][::-1]
+        yield [*range(middle + 1, VALUES)]
+        yield [*range(middle)][::-1]
         return
-    tried = int(np.argmin(np.abs(np.log(where / tried_at(key)))))
+    tried = int(np.argmin(np.abs(np.log(where / other(key)[0]))))
     for step in FIRST:
-        yield sorted({*range(0, VALUES, step), tried}, key=lambda i: abs(i - MIDDLE))
+        yield sorted({*range(0, VALUES, step), tried}, key=lambda i: abs(i - middle))
 
 
 def _all(rows: Mapping[int, dict[str, Any]]) -> list[dict[str, Any]]:

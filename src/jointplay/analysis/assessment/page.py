@@ -332,8 +332,10 @@ def _to_do(dataset: Dataset) -> list[str]:
     notes, looked = [], []
     for key in map(str, dataset["parameter"].values):
         one = dataset.sel(parameter=key)
-        if _not_run(one["curve_status"]):
-            notes.append(f"{one['parameter_name'].values}: not looked at")
+        (ended, *others) = {*codes.words(one["curve_status"]).values.tolist()}
+        if not others and ended != "ok":
+            why = "not looked at" if ended == NOT_RUN else f"stopped: {ended}"
+            notes.append(f"{one['parameter_name'].values}: {why}")
             continue
         looked += [(key, side) for side in SIDES]
         notes += [note for side in SIDES for note in _beyond(dataset, key, side)]
@@ -418,7 +420,7 @@ def _helps(dataset: Dataset) -> str:
             found[words] = largest(over_ideal(force, dataset["ideal_peak_force"].values))
     for key in map(str, dataset["parameter"].values):
         one = dataset.sel(parameter=key)
-        at, words = _other(key)
+        at, words = other(key)
         i = int(np.argmin(np.abs(np.log(one["curve_ratio"].values / at))))
         if codes.words(one["curve_grade"]).values[i] == UNKNOWN:  # it may still swing
             continue
@@ -672,12 +674,8 @@ def _command(dataset: Dataset, key: str, side: str, ratio: float, source: str) -
     return f"jointplay run {source} --set {settings} 'vary.{key}={span}'"
 
 
-def tried_at(key: str) -> float:
-    """The value of a parameter, over the present one, that is tried as a single change."""
-    return _other(key)[0]
-
-
-def _other(key: str) -> tuple[float, str]:
+def other(key: str) -> tuple[float, str]:
+    """The value of a parameter, over the present one, that is tried as a single change, and words for it."""
     return OTHER.get(key.rsplit(".", 1)[-1], OTHER[""])
 
 
