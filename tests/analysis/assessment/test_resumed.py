@@ -144,4 +144,6 @@ def test_progress_is_that_of_the_budget_where_this_is_used_up_sooner():
     rounds.told(0.9)
     rounds.since -= 3.0
     rounds.told(0.3)
-    assert said == pytest.approx([0.2, 0.8, 0.9, 1.0], abs=0.01)
+    rounds.spent = 0.0  # what went before was known already: seven seconds of one processor
+    rounds.told(0.3)
+    assert said == pytest.approx([0.2, 0.8, 0.9, 1.0, 0.7], abs=0.01)

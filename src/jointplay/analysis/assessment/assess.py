@@ -379,7 +379,8 @@ class Rounds:
     def told(self, done: float) -> None:
         """Tell how much is done: of the work or, where that is more, of the budget at its pace so far."""
         before = self.since - self.began
-        used = self.spent * (1 + (time.time() - self.since) / before) if self.spent and before else 0.0
+        pace = self.spent / before if self.spent and before else 1.0  # in processors
+        used = self.spent + pace * (time.time() - self.since)
         self.progress(max(done, min(used / self.budget, 1.0)))
 
 
