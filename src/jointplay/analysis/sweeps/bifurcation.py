@@ -289,7 +289,7 @@ def _starts_fit(varied: Mechanism | TestSystem, initial: Any, starts: Any) -> It
 
 
 def _exponents_fit(varied: Mechanism | TestSystem, exponents: int) -> Iterator[Problem]:
-    if exponents and exponents > (states := len(assemble(varied).state)):
+    if exponents > 1 and exponents > (states := len(assemble(varied).state)):  # one there always is
         yield Problem("exponents", exponents, f"a whole number from 0 to {states} is accepted")
 
 
