@@ -371,8 +371,8 @@ class Rounds:
             fresh = [each for each in given if each.get("at", 0.0) >= self.began]  # not of an earlier run
             self.spent += sum(each["cpu"] for each in fresh)
             cut += not fresh and not any("known" in each for each in given)  # such begin anew
-            for i, each in zip(left, given, strict=True):
-                found[i] = each
+            for i, request, each in zip(left, requests, given, strict=True):
+                found[i] = {"known": request["known"]} | each
             left = [i for i in left if found[i]["status"] == NOT_RUN]
         return found
 

@@ -91,7 +91,7 @@ def curve(
             stands(0.85 + 0.05 * sense, name)
             changes.append(scene.change(_all(rows), where, sense))
     except OutOfTime:
-        if len(rows) < 2:
+        if middle not in rows or len(rows) < 2:
             raise
         status = NOT_RUN
         changes = [scene.change(_all(rows), where, sense, refined=False) for sense in (-1, 1)]
