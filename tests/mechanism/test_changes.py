@@ -8,12 +8,15 @@ from jointplay.solver.mechanism.assemble import assemble, check_section
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import (
     ConstantSpeed,
+    Contact,
     ContactSection,
     CrankAngle,
+    Friction,
     Mechanism,
     Plane,
     SeparationSection,
 )
+from jointplay.study.models import build_mechanism
 from tests.support.wrong import only, problems_of
 
 # Changes
@@ -210,3 +213,69 @@ def test_an_entrys_own_clearance_gives_way_to_one_by_path():
     assert fitted.joint("B").fit == "H7/f7"
     others = catalog.slider_crank(clearance={"A": 1e-5}, **{"joints.B.fit": "H7/f7"})
     assert (others.joint("A").clearance, others.joint("B").fit) == (1e-5, "H7/f7")
+
+
+BAR = {"bar": {"width": "30 mm", "thickness": "6 mm"}, "material": "steel"}
+MASS = 0.12 * 0.03 * 0.006 * 7850  # of it between two pins 120 mm apart
+
+
+def test_a_shape_in_the_place_of_an_entrys_numbers_gives_all_that_it_says():
+    rod = catalog.slider_crank(**{"links.rod.shape": BAR}).link("rod")
+    assert rod.mass == pytest.approx(MASS)
+    assert rod.centre == 0.06
+    assert rod.inertia == pytest.approx(MASS * ((0.12**2 + 0.03**2) / 12 + 0.06**2), rel=1e-12)
+    wide = BAR | {"bar": {"width": 0.04, "thickness": 0.006}}
+    steel = catalog.chunmei2002(**{"links.coupler.shape": wide}).link("coupler")
+    assert steel.beam.area == pytest.approx(0.04 * 0.006)
+    assert steel.beam.density == 7850
+
+
+@pytest.mark.parametrize("given", [{"mass": {"rod": 0.5}}, {"links.rod.mass": 0.5}])
+def test_what_is_given_by_hand_beside_a_shape_stays(given):
+    rod = catalog.slider_crank(**given, **{"links.rod.shape": BAR}).link("rod")
+    assert rod.mass == 0.5
+    assert rod.inertia == pytest.approx(0.5 * ((0.12**2 + 0.03**2) / 12 + 0.06**2), rel=1e-12)
+    whole = catalog.slider_crank(**{"links.rod.shape": BAR})
+    assert whole.replace(**{"links.rod.shape.bar.width": 0.04}).link("rod").mass == pytest.approx(
+        MASS * 4 / 3
+    )
+
+
+def test_a_part_that_is_not_there_is_made_of_its_numbers():
+    smooth = catalog.slider_crank(friction=0)
+    rough = smooth.replace(**{"joints.B.friction.coefficient": 0.1})
+    assert rough.joint("B").friction == Friction(coefficient=0.1)
+    assert rough.joint("A").friction is None
+    contact = {"joints.A.contact.stiffness": 1e7, "joints.A.contact.damping": "100 N s/m"}
+    loose = catalog.flores2010().replace(**{"joints.A.radius": 0.01, "joints.A.clearance": 1e-5}, **contact)
+    assert loose.joint("A").contact == Contact(stiffness=1e7, damping=100.0)
+    wrong = {"joints.A.radius": 0.01, "joints.A.clearance": 1e-5, "joints.A.contact.stiffness": -1}
+    problems = problems_of(catalog.flores2010().replace, **wrong)
+    assert "joints.A.contact.stiffness" in problems
+
+
+def test_another_law_with_its_numbers_takes_the_place_of_the_one_there_is():
+    law = {"joints.B.contact.law": "flores", "joints.B.contact.stiffness": 1e9}
+    law["joints.B.contact.parameters.restitution"] = 0.8
+    found = catalog.slider_crank().replace(**law).joint("B").contact
+    assert found == Contact(law="flores", stiffness=1e9, parameters={"restitution": 0.8})
+    same = catalog.slider_crank().replace(
+        **{"joints.B.contact.law": "kelvin_voigt", "joints.B.contact.stiffness": 1e8}
+    )
+    assert same.joint("B").contact == Contact(stiffness=1e8, damping=200.0)
+    rubs = {"joints.B.friction.law": "stribeck", "joints.B.friction.coefficient": 0.1}
+    problems = problems_of(catalog.slider_crank().replace, **rubs)
+    assert {*problems} == {
+        f"joints.B.friction.{name}" for name in ("static_coefficient", "stribeck_velocity")
+    }
+
+
+def test_tables_of_an_entry_take_whole_shapes_and_laws():
+    table = {"catalog": "slider_crank", "links": {"rod": {"shape": BAR}}}
+    table["joints"] = {"B": {"contact": {"law": "hertz", "stiffness": 1e9}, "fit": "H7/f7"}}
+    found = build_mechanism(table)
+    assert found.link("rod").mass == pytest.approx(MASS)
+    assert found.joint("B").contact.law == "hertz"
+    table["links"]["rod"]["shape"] = BAR | {"material": "stele"}
+    problem = only(problems_of(build_mechanism, table), "links.rod.shape.material")
+    assert "did you mean 'steel'" in problem.expected

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import replace
 from typing import Any, TypeVar, get_args
 
 from jointplay.display.errors import InputError, Problem, join, raise_any, unknown
@@ -77,25 +78,37 @@ def with_parts(record: R, changes: Mapping[str, Any]) -> R:
     try:
         return at_paths(record, changes)
     except InputError as error:
-        together = error
-    for path, value in changes.items():  # to tell by its path what is wrong
+        together = [_named(record, each) for each in error.problems]
+    if all(any(_within(each.key, path) for path in changes) for each in together):
+        raise InputError(replace(each, given=changes.get(each.key, each.given)) for each in together)
+    for path, value in changes.items():  # to tell by its path what is wrong elsewhere
         try:
             record = at_paths(record, {path: value})
         except InputError as error:
             raise InputError(_told_of(record, path, value, each) for each in error.problems) from None
-    raise together
+    raise InputError(together)
+
+
+def _within(key: str, path: str) -> bool:
+    """Whether a key is a path, or below it."""
+    return key == path or key.startswith((f"{path}.", f"{path}["))
 
 
 def _told_of(record: Any, path: str, value: Any, problem: Problem) -> Problem:
     """A problem where a value was changed, which may not fit to a number elsewhere."""
     expected, colon, more = problem.expected.partition(": ")
-    other = _by_name(record, problem.key.partition(".")[2])
-    if other.startswith((f"{path}.", f"{path}[")):
-        return Problem(other, problem.given, problem.expected)
-    if is_number(problem.given) and problem.given != value and other not in ("", path):
+    other = _named(record, problem).key
+    if _within(other, path) and other != path:
+        return replace(problem, key=other)
+    if is_number(problem.given) and problem.given != value and other != path:
         expected += f" as {other}, which is {problem.given:g}"
         more += f"; '{path} + {other}' changes both by as much" if other.endswith(".at") else ""
     return Problem(path, value, expected + colon + more)
+
+
+def _named(record: Any, problem: Problem) -> Problem:
+    """A problem of a record with its key as a path in that, by names."""
+    return replace(problem, key=_by_name(record, problem.key.partition(".")[2]) or problem.key)
 
 
 def _by_name(record: Any, path: str) -> str:
@@ -105,6 +118,32 @@ def _by_name(record: Any, path: str) -> str:
         record = below(record).get(step)
         result = join(result, getattr(record, "name", step) if step.startswith("[") else step)
     return result
+
+
+def begun_anew(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Changes in which numbers of a part that is not there, or gets another law with them, are that part."""
+    found: dict[str, Any] = {}
+    for path, value in changes.items():
+        above, _, last = path.rpartition(".")
+        while above and not _anew(record, above, changes):
+            above = above.rpartition(".")[0]
+        if not above or above in changes:
+            found[path] = value
+            continue
+        table = found.setdefault(above, {})
+        for step in path.removeprefix(f"{above}.").split(".")[:-1]:
+            table = table.setdefault(step, {})
+        table[last] = value
+    return found
+
+
+def _anew(record: Any, path: str, changes: Mapping[str, Any]) -> bool:
+    """Whether changes make the part at the end of a path another one, whose numbers all stand there."""
+    part, problem = part_at(record, path, path)
+    if part is None or problem:
+        return not problem
+    law, several = changes.get(f"{path}.law"), sum(key.startswith(f"{path}.") for key in changes) > 1
+    return several and law not in (None, getattr(part, "law", law)) and getattr(part, "parts", None) is None
 
 
 def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -128,7 +167,7 @@ def main_joint(mechanism: Any) -> str:
 def as_paths(table: Mapping[str, Any]) -> dict[str, Any]:
     """A table of changes in which tables of parts stand as paths.
 
-    A whole drive, which has a kind, stays, and so does a contact that is given by its pin and bush.
+    A whole drive, which has a kind, stays, and so do a shape, and a contact given by its pin and bush.
     """
     own = {key: value for key, value in table.items() if not _holds_parts(key, value)}
     return own | dict(ends({key: table[key] for key in table.keys() - own.keys()}))
@@ -141,10 +180,10 @@ def _holds_parts(key: str, value: Any) -> bool:
 def ends(
     table: Mapping[str, Any], above: str = "", whole: Collection[str] = ("pin", "bush")
 ) -> Iterator[tuple[str, Any]]:
-    """Paths and values of the entries of nested tables; one with any of the `whole` keys is a value."""
+    """Paths and values of the entries of nested tables; a shape, or one with any `whole` key, is a value."""
     for key, value in table.items():
-        path = join(above, str(key))
-        if isinstance(value, Mapping) and value and value.keys().isdisjoint(whole):
+        path, table_of_parts = join(above, str(key)), isinstance(value, Mapping) and value and key != "shape"
+        if table_of_parts and value.keys().isdisjoint(whole):
             yield from ends(value, path, whole)
         else:
             yield path, value

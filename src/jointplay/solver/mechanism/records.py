@@ -66,7 +66,14 @@ from jointplay.solver.mechanism.parts.drive import (
 )
 from jointplay.solver.mechanism.parts.joints import Contact, Friction, Joint, Pin
 from jointplay.solver.mechanism.parts.loads import AnyLoad, AnySpring, Force, Spring, Torque, TorsionSpring
-from jointplay.solver.mechanism.paths import as_counted, checked_paths, one_by_one, parts_of, with_parts
+from jointplay.solver.mechanism.paths import (
+    as_counted,
+    begun_anew,
+    checked_paths,
+    one_by_one,
+    parts_of,
+    with_parts,
+)
 from jointplay.solver.mechanism.plausible import too_wide
 from jointplay.solver.mechanism.signature import as_one, checked
 
@@ -211,7 +218,7 @@ class Mechanism(Record):
         """Give the copy of `replace`; where a clearance stands by word and by path, that by path holds."""
         several = [(k, v) for k, v in changes.items() if len(parts_of(k)) > 1 and not is_number(v)]
         raise_any(Problem(k, v, "a number in SI units is accepted for several together") for k, v in several)
-        changes = one_by_one(changes, partial(value_of, self))
+        changes = begun_anew(self, one_by_one(changes, partial(value_of, self)))
         by_path = checked_paths(self, changes)
         named = {name: value for name, value in changes.items() if name not in by_path}
         return with_parts(changed(self, named), by_path)

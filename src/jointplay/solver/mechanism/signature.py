@@ -54,6 +54,7 @@ class MoreArguments(Arguments):
 
 
 Rule = Callable[..., Iterable[Problem] | None]
+OF_LINKS = ("mass", "centre", "inertia_centre")  # words of entries of the catalog, each a table by link
 
 
 def checked(
@@ -226,14 +227,18 @@ class Preset(Protocol):
 
 
 def as_one(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Changes by word and by path that fit together: a friction stays where a contact is given by its parts.
+    """Changes by word and by path that fit together.
 
+    A friction stays where a contact is given by its parts, and so do numbers of links where their shape is.
     A joint's clearance cannot be given by word and again by path, by its fit either.
     """
     joints = [key.removesuffix("contact") for key in given if key.endswith(".contact")]
     rubs = {"coefficient": given["friction"]} if "friction" in given else None
     raise_any(_given_twice(given))
-    return {f"{joint}friction": rubs for joint in joints if rubs} | dict(given)
+    tables = {word: given[word] for word in OF_LINKS if isinstance(given.get(word), Mapping)}
+    rows = ((f"links.{name}", word, x) for word, table in tables.items() for name, x in table.items())
+    kept = {f"{link}.{word}": x for link, word, x in rows if f"{link}.shape" in given}
+    return {f"{joint}friction": rubs for joint in joints if rubs} | kept | dict(given)
 
 
 def _given_twice(given: Mapping[str, Any]) -> Iterator[Problem]:

@@ -243,6 +243,9 @@ class Shape(Record):
 
 
 _BODIES = ("bar", "rod", "tube", "plate")
+# what a shape gives: of a link, and of its beam
+_OF_BODIES = ("mass", "centre", "inertia", "inertia_centre")
+_OF_SECTIONS = ("modulus", "density", "section", "area", "second_moment")
 
 
 _MARGIN = 1e-9  # of a pivot of the mass matrix: below this share of its whole it is rounding
@@ -478,13 +481,16 @@ class Link(Record):
         return self
 
     def _stated(self, changed: Mapping[str, Any] = {}) -> dict[str, Any]:
-        """Fields but for those that the shape gives, which follow it anew."""
-        own = dict(self)
-        if self.shape is None:
+        """Fields but for those that the shape gives, which follow it anew; in place of numbers, all."""
+        own, stated = dict(self), self.beam._stated()
+        if self.shape is None and changed.get("shape") is None:
             return own
+        if self.shape is None:
+            beam = Beam(**{key: x for key, x in stated.items() if key not in _OF_SECTIONS})
+            return {key: x for key, x in own.items() if key not in _OF_BODIES} | {"beam": beam}
         numbers = self.shape.numbers(self.length) | {"inertia": _about_origin(own)}
         section = self.shape.beam(self.length)
-        beam = Beam(**{key: x for key, x in self.beam._stated().items() if section.get(key) != x})
+        beam = Beam(**{key: x for key, x in stated.items() if section.get(key) != x})
         return {key: x for key, x in own.items() if numbers.get(key) != x} | {"beam": beam}
 
     @property

@@ -455,7 +455,8 @@ class Contact(Record):
 
 def _with_their_parts(data: Mapping[str, Any]) -> tuple[Mapping[str, Any], list[Problem]]:
     """A contact's table with pin and bush in their own, and the problems of these."""
-    flat = {key: value for key, value in data.items() if key in PinInBush.model_fields}
+    given = {"pin", "bush"} & data.keys()
+    flat = {key: value for key, value in data.items() if given and key in PinInBush.model_fields}
     problems = []
     if flat:
         known = [key for key in (*PinInBush.model_fields, *Contact.model_fields) if key != "parts"]
