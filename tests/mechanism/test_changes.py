@@ -279,3 +279,9 @@ def test_tables_of_an_entry_take_whole_shapes_and_laws():
     table["links"]["rod"]["shape"] = BAR | {"material": "stele"}
     problem = only(problems_of(build_mechanism, table), "links.rod.shape.material")
     assert "did you mean 'steel'" in problem.expected
+
+
+def test_a_path_through_what_is_not_there_says_so():
+    key = "links.rod.shape.bar.width"
+    problem = only(problems_of(Parameter.named, catalog.slider_crank(), key), key)
+    assert problem.expected == "nothing is accepted: links.rod.shape has no parts here"

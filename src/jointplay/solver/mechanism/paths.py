@@ -56,12 +56,15 @@ def below(record: Any) -> dict[str, Any]:
 
 def part_at(record: Any, path: str, place: str) -> tuple[Any, Problem | None]:
     """The part at the end of a path, or the problem, whose key is `place`, of one that leads to none."""
+    above = ""
     for step in steps(path):
         parts = below(record)
+        if not parts:
+            return None, Problem(place, step, f"nothing is accepted: {above} has no parts here")
         if step not in parts:
             known = [name for name in parts if name[0] != "["] or parts
             return None, unknown(place, step, step, known, "part")
-        record = parts[step]
+        record, above = parts[step], join(above, step)
     return record, None
 
 
