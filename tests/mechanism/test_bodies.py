@@ -129,7 +129,7 @@ def test_a_radius_that_varies_is_told_the_radius_that_the_link_takes():
     mechanism = jp.Mechanism(**dict(base) | {"links": links})
     with pytest.raises(jp.InputError) as told:
         mechanism.varied({"joints.B.radius": 0.016})
-    width = "a width greater than 0.032 m is accepted as links.rod.shape.bar.width, which is 0.03"
+    width = "links.rod.shape.bar.width is 0.03, and there a width greater than 0.032 m is accepted"
     radius = "with 0.03 m a radius of joint B less than 0.015 m"
     assert str(told.value) == f"joints.B.radius: got 0.016; {width}: {radius}"
     assert mechanism.varied({"joints.B.radius": 0.0149}).joint("B").radius == 0.0149

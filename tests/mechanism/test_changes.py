@@ -270,6 +270,17 @@ def test_another_law_with_its_numbers_takes_the_place_of_the_one_there_is():
     }
 
 
+def test_a_fit_or_a_shape_that_is_taken_away_leaves_its_numbers():
+    given = {"joints": {"B": {"fit": "H7/f7"}}, "links": {"rod": {"shape": BAR}}}
+    drawn = catalog.slider_crank(**given)
+    assert drawn == catalog.slider_crank().replace(**given)
+    plain = drawn.replace(**{"joints.B.fit": None, "links.rod.shape": None})
+    assert (plain.joint("B").fit, plain.link("rod").shape) == (None, None)
+    assert plain.joint("B").clearance == drawn.joint("B").clearance
+    assert plain.link("rod").mass == drawn.link("rod").mass
+    assert plain.link("rod").inertia == drawn.link("rod").inertia
+
+
 def test_tables_of_an_entry_take_whole_shapes_and_laws():
     table = {"catalog": "slider_crank", "links": {"rod": {"shape": BAR}}}
     table["joints"] = {"B": {"contact": {"law": "hertz", "stiffness": 1e9}, "fit": "H7/f7"}}

@@ -38,7 +38,6 @@ from jointplay.kinds import KINDS, Kind, load
 from jointplay.solver.mechanism import catalog
 from jointplay.solver.mechanism.base import Record, named
 from jointplay.solver.mechanism.parameters import Parameter
-from jointplay.solver.mechanism.paths import as_paths
 from jointplay.solver.mechanism.records import Changes, Mechanism, TestSystem
 from jointplay.solver.mechanism.signature import first
 from jointplay.study import vary_table
@@ -70,7 +69,7 @@ def build_mechanism(given: Any) -> Mechanism | TestSystem:
         name = changes.pop("catalog")
         if not isinstance(name, str) or name not in catalog.NAMES:
             raise InputError([unknown("catalog", name, name, catalog.NAMES, "mechanism")])
-        return catalog.NAMES[name](**as_paths(changes))
+        return catalog.NAMES[name](**changes)
     return (TestSystem if {"states", "rates"} & given.keys() else Mechanism).model_validate(given)
 
 

@@ -99,14 +99,13 @@ def _within(key: str, path: str) -> bool:
 
 def _told_of(record: Any, path: str, value: Any, problem: Problem) -> Problem:
     """A problem where a value was changed, which may not fit to a number elsewhere."""
-    expected, colon, more = problem.expected.partition(": ")
-    other = _named(record, problem).key
+    other, expected = _named(record, problem).key, str(problem.expected)
     if _within(other, path) and other != path:
         return replace(problem, key=other)
     if is_number(problem.given) and problem.given != value and other != path:
-        expected += f" as {other}, which is {problem.given:g}"
-        more += f"; '{path} + {other}' changes both by as much" if other.endswith(".at") else ""
-    return Problem(path, value, expected + colon + more)
+        expected = f"{other} is {problem.given:g}, and there {expected}"
+        expected += f"; '{path} + {other}' changes both by as much" if other.endswith(".at") else ""
+    return Problem(path, value, expected)
 
 
 def _named(record: Any, problem: Problem) -> Problem:

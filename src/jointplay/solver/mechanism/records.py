@@ -204,8 +204,9 @@ class Mechanism(Record):
         **changes
             `clearance`, `gear_ratio`, `friction`, `tension`, `efficiency_in_slope`, `elastic`, `elements`,
             `damping_ratio`, `order`, `branch`, `gravity`, `gravity_direction`, `springs`, `loads`, `drive`,
-            `speed`: see `Changes`; then, by key path, parts: ``**{"joints.C.clearance": 1e-4}``; and several
-            that change by as much, as ``links.coupler.length + joints.B.journal.at``.
+            `speed`: see `Changes`; then parts, as ``joints={"C": {"clearance": 1e-4}}`` or by key path,
+            ``**{"joints.C.clearance": 1e-4}``; and several that change by as much, as
+            ``links.coupler.length + joints.B.journal.at``.
 
         Raises
         ------

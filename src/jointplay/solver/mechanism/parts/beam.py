@@ -483,7 +483,7 @@ class Link(Record):
     def _stated(self, changed: Mapping[str, Any] = {}) -> dict[str, Any]:
         """Fields but for those that the shape gives, which follow it anew; in place of numbers, all."""
         own, stated = dict(self), self.beam._stated()
-        if self.shape is None and changed.get("shape") is None:
+        if changed.get("shape", self.shape) is None:
             return own
         if self.shape is None:
             beam = Beam(**{key: x for key, x in stated.items() if key not in _OF_SECTIONS})

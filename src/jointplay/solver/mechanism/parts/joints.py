@@ -195,7 +195,7 @@ class Joint(Record):
             values = self.data.numbers(self.contact.law, given)
             own["contact"] = self.contact.with_numbers({k: x for k, x in given.items() if values.get(k) != x})
         alone = "clearance" not in changed or changed == {"clearance": self.clearance}
-        if (changed.get("fit") or self.fit) and alone:
+        if changed.get("fit", self.fit) and alone:
             del own["clearance"]
         elif self.fit:
             del own["fit"]
