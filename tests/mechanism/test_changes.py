@@ -208,6 +208,11 @@ def test_a_clearance_by_word_and_by_path_is_refused(make, path, word):
     assert f"either clearance or {path}" in problem.expected
 
 
+def test_a_change_called_self_is_a_wrong_one():
+    problems_of(catalog.stephenson, self=3)
+    problems_of(catalog.slider_crank, clearance=1e-5, self=3)
+
+
 def test_an_entrys_own_clearance_gives_way_to_one_by_path():
     fitted = catalog.slider_crank(**{"joints.B.fit": "H7/f7"})
     assert fitted.joint("B").fit == "H7/f7"

@@ -70,6 +70,7 @@ from jointplay.solver.mechanism.paths import (
     as_counted,
     begun_anew,
     checked_paths,
+    main_joint,
     one_by_one,
     parts_of,
     with_parts,
@@ -195,7 +196,7 @@ class Mechanism(Record):
         raise_any(strangers([(what, name)], named, what))
         return named[name]
 
-    @checked(before=as_one)
+    @checked(before=lambda given: as_one(given, main_joint(given["self"])))
     def replace(self, **changes: Any) -> Mechanism:
         """Give a changed, validated copy.
 

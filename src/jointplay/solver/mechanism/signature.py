@@ -33,7 +33,7 @@ from typing_extensions import get_original_bases, is_typeddict
 from jointplay.display.accepted import with_parameters
 from jointplay.display.errors import InputError, Problem, also_known, raise_any
 from jointplay.solver.mechanism.base import Record
-from jointplay.solver.mechanism.paths import MAIN_JOINT, as_paths, main_joint
+from jointplay.solver.mechanism.paths import MAIN_JOINT, as_paths
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -226,26 +226,26 @@ class Preset(Protocol):
         """Give the mechanism, or system."""
 
 
-def as_one(given: Mapping[str, Any]) -> dict[str, Any]:
+def as_one(given: Mapping[str, Any], main: str = MAIN_JOINT) -> dict[str, Any]:
     """Changes by word and by path that fit together; tables of parts are paths.
 
     A friction stays where a contact is given by its parts, and so do numbers of links where their shape is.
-    A joint's clearance cannot be given by word and again by path, by its fit either.
+    A joint's clearance (`main`: whose a bare number is) cannot be given by word and again by path, by its fit
+    either.
     """
     given = as_paths(given)
     joints = [key.removesuffix("contact") for key in given if key.endswith(".contact")]
     rubs = {"coefficient": given["friction"]} if "friction" in given else None
-    raise_any(_given_twice(given))
+    raise_any(_given_twice(given, main))
     tables = {word: given[word] for word in OF_LINKS if isinstance(given.get(word), Mapping)}
     rows = ((f"links.{name}", word, x) for word, table in tables.items() for name, x in table.items())
     kept = {f"{link}.{word}": x for link, word, x in rows if f"{link}.shape" in given}
     return {f"{joint}friction": rubs for joint in joints if rubs} | kept | given
 
 
-def _given_twice(given: Mapping[str, Any]) -> Iterator[Problem]:
+def _given_twice(given: Mapping[str, Any], main: str) -> Iterator[Problem]:
     """Clearances by word of joints that have one, or a fit, by path too."""
     word = given.get("clearance")
-    main = main_joint(given["self"]) if "self" in given else MAIN_JOINT
     for name, value in (word if isinstance(word, Mapping) else {main: word}).items():
         for path in (f"joints.{name}.clearance", f"joints.{name}.fit"):
             if value and given.get(path) is not None:
