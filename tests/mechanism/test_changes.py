@@ -1,5 +1,6 @@
 """Changed copies of a mechanism, and sections that fit it."""
 
+import numpy as np
 import pytest
 
 from jointplay.display.errors import InputError
@@ -208,9 +209,10 @@ def test_a_clearance_by_word_and_by_path_is_refused(make, path, word):
     assert f"either clearance or {path}" in problem.expected
 
 
-def test_a_change_called_self_is_a_wrong_one():
+def test_strange_keywords_and_values_are_wrong_ones():
     problems_of(catalog.stephenson, self=3)
     problems_of(catalog.slider_crank, clearance=1e-5, self=3)
+    problems_of(catalog.slider_crank, clearance=np.array([1.0, 2.0]))
 
 
 def test_an_entrys_own_clearance_gives_way_to_one_by_path():

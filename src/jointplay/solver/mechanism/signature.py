@@ -32,7 +32,7 @@ from typing_extensions import get_original_bases, is_typeddict
 
 from jointplay.display.accepted import with_parameters
 from jointplay.display.errors import InputError, Problem, also_known, raise_any
-from jointplay.solver.mechanism.base import Record
+from jointplay.solver.mechanism.base import Record, is_number
 from jointplay.solver.mechanism.paths import MAIN_JOINT, as_paths
 
 P = ParamSpec("P")
@@ -248,7 +248,8 @@ def _given_twice(given: Mapping[str, Any], main: str) -> Iterator[Problem]:
     word = given.get("clearance")
     for name, value in (word if isinstance(word, Mapping) else {main: word}).items():
         for path in (f"joints.{name}.clearance", f"joints.{name}.fit"):
-            if value and given.get(path) is not None:
+            there = isinstance(value, str) or (is_number(value) and value != 0)
+            if there and given.get(path) is not None:
                 text = f"either clearance or {path}, which is {given[path]}, is accepted, not both"
                 yield Problem(f"clearance.{name}" if word is not value else "clearance", value, text)
 
