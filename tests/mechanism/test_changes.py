@@ -299,6 +299,13 @@ def test_tables_of_an_entry_take_whole_shapes_and_laws():
     assert "did you mean 'steel'" in problem.expected
 
 
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_number_and_what_would_be_below_it_are_refused(order):
+    keys = ["joints.B.friction.coefficient", "joints.B.friction.coefficient.law"]
+    problems = problems_of(catalog.slider_crank(friction=0).replace, **dict.fromkeys(keys[::order], 0.1))
+    assert [*problems] == keys[1:]
+
+
 def test_a_path_through_what_is_not_there_says_so():
     key = "links.rod.shape.bar.width"
     problem = only(problems_of(Parameter.named, catalog.slider_crank(), key), key)

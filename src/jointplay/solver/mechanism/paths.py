@@ -129,7 +129,7 @@ def begun_anew(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
         above, _, last = path.rpartition(".")
         while above and not _anew(record, above, changes):
             above = above.rpartition(".")[0]
-        if not above or above in changes:
+        if not above or any(path.startswith(f"{other}.") for other in changes):
             found[path] = value
             continue
         table = found.setdefault(above, {})
