@@ -24,9 +24,11 @@ from jointplay.analysis import tangents
 from jointplay.analysis.exponents.frame_growth import Stretch, frame, grown_together
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.quantities import EVENTS, STATUS
+from jointplay.analysis.tangents import Bundle
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.loops import ideal
 from jointplay.solver.mechanism.parameters import Parameter
+from jointplay.solver.method.codes import Status
 from jointplay.solver.motion.eligibility import ROUTES, exclusion
 from jointplay.solver.motion.ensemble_runs import follow_ensemble
 from jointplay.solver.motion.trajectory import Request, follow
@@ -351,6 +353,16 @@ def test_impacts_at_one_instant_have_no_derivative():
     model = assemble(own(**TWO))
     with pytest.raises(ArithmeticError, match=str(STATUS.index("no_derivative"))):
         tangent_map(model, 1.0)
+
+
+@pytest.mark.parametrize("vectors", [0, 1])
+def test_a_run_that_carries_no_tangent_needs_no_derivative(vectors):
+    """As the image of an orbit that is asked for alone; the walls are met at one instant on the way."""
+    bundle = Bundle(assemble(own(**TWO)), Request(2.0, 1e-10), np.eye(4)[:vectors], held=True)
+    assert bundle.advance() == (Status.NO_DERIVATIVE if vectors else Status.OK)
+    if not vectors:
+        end = follow(assemble(own(**TWO)), Request(2.0, 1e-10)).end[1:5]
+        np.testing.assert_allclose(bundle.state, end, rtol=0, atol=1e-9)
 
 
 def test_impacts_at_one_instant_are_those_of_one_trajectory_in_lanes():

@@ -226,7 +226,7 @@ def _take(functions, variant, work, motion, options, derivatives, tangents, h, e
         follows = root == 0.0 and motion.s[0] == real[T_EVENT]
         follows = follows and begins_beyond(work.w, options.guards + guard)
         if tangents is not None:
-            if follows and len(tangents.alive) > 0 and not delays_known(tangents, options):
+            if follows and not delays_known(tangents, options):
                 count[SIMULTANEOUS] += 1
             before_event(functions, derivatives, variant, motion, options, tangents, guard, follows)
         event(functions, work, motion, options, guard)
@@ -304,7 +304,7 @@ def run(functions, work, motion, options, derivatives, tangents):
                 return WEDGED
             if count[IDLE_STEPS] >= IDLE_COUNT:
                 return NOT_CONVERGED
-            if tangents is not None and count[SIMULTANEOUS] > 0:
+            if tangents is not None and len(tangents.alive) > 0 and count[SIMULTANEOUS] > 0:
                 return NO_DERIVATIVE
             if count[CLOSE_EVENTS] >= CHATTER_COUNT:
                 return CHATTER
