@@ -10,11 +10,12 @@ from jointplay.analysis.assessment import alternatives, curves
 from jointplay.analysis.assessment.assess import first_change, sided
 from jointplay.analysis.assessment.edges import Search
 from jointplay.analysis.assessment.page import BY
-from jointplay.analysis.assessment.settled import followed, plan, present
+from jointplay.analysis.assessment.settled import SLOW, followed, plan, present
 from jointplay.analysis.quantities import STATUS
 from jointplay.jobs.values import read, written
 from jointplay.solver.mechanism.catalog.presets import four_bar_pins, joined
 from jointplay.solver.motion.progress import OutOfTime
+from tests.support.unshown import TEN
 
 pytestmark = pytest.mark.long  # the first one compiles for six seconds
 HOW = plan(40, 32, 60, 1e-7, None)
@@ -202,3 +203,13 @@ def test_what_cannot_be_or_start_so_or_is_not_followed_is_a_status(here):
     assert ended == [{"status": STATUS.index("step_limit")}]
     found = curves.Scene(here, KEY, None, 20, HOW).rows(np.array([1.0, -1.0]))
     assert (found[0]["status"], found[1]) == (0, {"status": BAD})
+
+
+def test_what_settles_slowly_with_other_contact_data_is_sought_longer():
+    """A third and three times the damping; with ten times the stiffness it swings for thousands of turns."""
+    here = present(TEN["crank-rocker without friction"](), None, HOW)
+    assert here.radius > SLOW
+    found = alternatives.hangs_on(here, 2, HOW)
+    assert found["change"].tolist() == ["÷10", "×10", "÷3", "×3"]
+    assert found["period"].tolist() == [1, 0, 1, 1]
+    assert np.isfinite(found["peak"]).all(axis=1).tolist() == [True, False, True, True]

@@ -34,6 +34,7 @@ import jointplay as jp
 from jointplay.analysis.assessment.assess import ACCURACY, REACH
 from jointplay.analysis.assessment.edges import HOW, SIDES
 from jointplay.analysis.assessment.settled import CHANGES
+from jointplay.analysis.assessment.settled import SLOW as SLOWLY
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
 from tests.support.unshown import TEN
 
@@ -448,10 +449,15 @@ def changed(joint, quantity, change):
 def band(mechanism, found):
     """Rows of the band over contact data, as of `verdict`: of joints with clearance.
 
-    A changed motion starts as usual; where several coexist, in the present motion's end.
+    A changed motion starts as usual; where several coexist, in the present motion's end. Of one that settles
+    slowly one may not be known.
     """
+    left = float(found["largest_multiplier"]) > SLOWLY
     for row in range(found.sizes["variant"]):
         here = found.isel(variant=row)
+        if left and not np.isfinite(here["variant_peak_force"]).any():
+            left = False
+            continue
         what = [str(here[f"variant_{name}"].values) for name in ("quantity", "change")]
         joints = [changed(joint, *what) if joint.clearance else joint for joint in mechanism.joints]
         other = mechanism.model_copy(update={"joints": tuple(joints)})

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from jointplay.analysis.assessment.forces import columns, forces
-from jointplay.analysis.assessment.settled import SLOW, Settled, Unsettled, reached
+from jointplay.analysis.assessment.settled import LONGER, SLOW, SOUGHT, Settled, Unsettled, reached
 from jointplay.analysis.sweeps.attractor import Plan
 from jointplay.solver.mechanism.parameters import Parameter
 from jointplay.solver.mechanism.records import Mechanism
@@ -86,14 +86,14 @@ def hangs_on(motion: Settled, turns: int, how: Plan) -> dict[str, Any]:
         has not settled.
     """
     rows: list[dict[str, Any]] = []
-    others = [*variants(motion.mechanism)]
+    others, slow = [*variants(motion.mechanism)], motion.radius > SLOW
     for quantity, change, mechanism in others:
         stands(len(rows) / len(others), f"contact data: {quantity} {change}")
         row = {"quantity": quantity, "change": change, "statuses": 0}
         try:
-            other = reached(mechanism, motion.end, how)
+            other = reached(mechanism, motion.end, how, LONGER if slow else SOUGHT[:1])
             row["period"] = other.period
-            if other.period or not motion.radius > SLOW:  # else it still swings
+            if other.period or not slow:  # else it still swings
                 row |= forces(other, turns, how, PER_TURN, brief=True)
                 row["lost"] = other.traits["contact_loss"]
         except Unsettled as error:

@@ -47,6 +47,7 @@ LASTING = (4, 16, 36)  # transients more, one after another, in which chaos must
 SURE = 4  # times the turns of an exponent
 CHANGES = ("contact_loss", "doubling", "chaos")
 SOUGHT = (20, 20, 40, 40)  # turns after which, one after another, an orbit is sought
+LONGER = (*SOUGHT, 80, 80, 80)  # of what settles slowly with other contact data
 MEAN = 20  # last section points from whose mean
 APPROACH, STRETCHES = 10, 4  # turns in which the motion has to come nearer, each of so many times
 SHARP = 1e-10  # tolerance of steps: multipliers near 1 need it
@@ -154,9 +155,9 @@ def present(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
     return motion
 
 
-def reached(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
-    """The motion from a start after few turns: its orbit where it has one, else as it is then."""
-    motion, last = _sought(mechanism, start, SOUGHT[:1], how)
+def reached(mechanism: Mechanism, start: Any, how: Plan, waits: tuple[int, ...] = SOUGHT[:1]) -> Settled:
+    """The motion from a start after some turns: its orbit where it has one, else as it is then."""
+    motion, last = _sought(mechanism, start, waits, how)
     return motion or followed(mechanism, last, replace(how, transient=0))
 
 
