@@ -21,7 +21,7 @@ from pydantic import Field
 
 from jointplay.analysis import rules
 from jointplay.analysis.assessment.alternatives import hangs_on, variants
-from jointplay.analysis.assessment.curves import END, VALUES, Scene, curve, either_side, ratios
+from jointplay.analysis.assessment.curves import END, NOT_RUN, VALUES, Scene, curve, either_side, ratios
 from jointplay.analysis.assessment.edges import HOW, SIDES, Search, edges
 from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN, WORK, forces
 from jointplay.analysis.assessment.page import (
@@ -69,7 +69,6 @@ BUDGET = 90.0  # s
 SOON, SETTLING = 2.0, 6  # s; part of the budget: in which the present motion is to settle, at first and then
 FEW = 5  # turns dropped, and again recorded, where it does not
 LEAST, MOST = 1.0, 24  # s that a cell has at least, and how often it may go on
-NOT_RUN = STATUS.index("not_run")
 SHARES = {  # of the work, about, that is done before and after each round: of a motion that
     "keeps contact": (0.0, 0.07, 0.13, 0.35, 1.0),
     "loses contact": (0.0, 0.02, 0.04, 0.14, 1.0),
