@@ -33,6 +33,7 @@ LISTED = {  # by name: the file, and what is done without it
     "signal.SIGURG": ("jointplay.jobs.interrupts", "the same"),
     "signal.set_wakeup_fd": ("jointplay.jobs.interrupts", "the same"),
     "signal.pthread_kill": ("jointplay.jobs.interrupts jointplay.solver.motion.progress", "interrupt_main"),
+    "signal.pthread_sigmask": ("jointplay.jobs.interrupts", "processes that are started hear it too"),
     "os.getppid": ("jointplay.jobs.parallel", "a worker ends as its pipe breaks, when its cell is done"),
 }
 PLAYED = """
