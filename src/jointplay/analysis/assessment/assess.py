@@ -426,14 +426,7 @@ def hung(mechanism: Mechanism, motion: Answer, turns: int, how: Any, limit: floa
 
 
 def curved(
-    mechanism: Mechanism,
-    motion: Answer,
-    key: str,
-    start: Any,
-    turns: int,
-    how: Any,
-    limit: float,
-    **more: Any,
+    mechanism: Mechanism, motion: Any, key: str, start: Any, turns: int, how: Any, limit: float, **more: Any
 ) -> Answer:
     """Answer of a cell: forces over a parameter."""
     return _timed(limit, curve, Settled.of(mechanism, motion), key, start, turns, how, more["known"])

@@ -65,17 +65,16 @@ def assess(dataset: Dataset, *, joint: str | None = None) -> Figure:
         ax.set_axis_off()
         ax.text(0.0, 0.5, fill(words, 110), va="center")
     if looked.any():
-        _legend(figure, dataset.isel(parameter=looked))
+        _legend(figure, dataset.isel(parameter=looked), followed.values[looked])
     return artists.finish(figure, dataset)
 
 
-def _legend(figure: Figure, dataset: Dataset) -> None:
+def _legend(figure: Figure, dataset: Dataset, followed: np.ndarray) -> None:
     """One legend for all panels over a parameter: grades that are met, and lines."""
-    followed = codes.words(dataset["curve_status"]) != "not_run"
-    met = set(map(str, codes.words(dataset["curve_grade"]).values[followed.values]))
+    met = set(map(str, codes.words(dataset["curve_grade"]).values[followed]))
     edge = {"edgecolor": style.GREY, "linewidth": 0.4}
     handles = [artists.swatch(facecolor=SHADES[g], **edge, label=g) for g in SHADES if g in met]
-    counts = {*followed.sum("value").values.tolist()}
+    counts = {*followed.sum(axis=1).tolist()}
     count = f"{counts.pop()} values" if len(counts) == 1 else "values"
     handles.append(artists.sample(label=f"{count} and their grades", **DOT))
     if (dataset["curve_period"].values == 0).any():
