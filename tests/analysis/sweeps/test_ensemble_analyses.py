@@ -47,10 +47,16 @@ SWEEP = {"turns": 8, "transient": 6, "keep": 4, "direction": "reset", "rtol": 1e
 
 def test_a_sweep_in_lanes_is_that_one_by_one():
     each, over = catalog.chunmei2002(gear_ratio=3.0), {"clearance": np.geomspace(2e-5, 4e-5, 5)}
-    alone = jp.bifurcation(each, over=over, n_jobs=1, **SWEEP)
+    how = SWEEP | {"n_jobs": 1, "exponents": 2, "lyapunov_turns": 20}
+    alone = jp.bifurcation(each, over=over, **how)
     told = []
-    found = jp.bifurcation(each, over=over, n_jobs=1, ensemble=True, progress=told.append, **SWEEP)
+    found = jp.bifurcation(each, over=over, ensemble=True, progress=told.append, **how)
     assert told[-1] == 1.0
+    assert (found.exponents_followed == IN_LANES).all()
+    for name in ("lyapunov_exponent_per_turn", "section_exponent_per_turn"):
+        assert np.allclose(found[name], alone[name], atol=0.1), (
+            "means from a step's end on, and from a time on"
+        )
     for name in ("cell_status", "period", "impacts", "separations", "mode_word"):
         assert found[name].values.tolist() == alone[name].values.tolist()
     for name in ("contact_fraction", "smallest_impact_speed", "smallest_missed_gap", "journal_x"):
@@ -113,7 +119,7 @@ def test_periods_are_found_at_a_loose_tolerance():
 @pytest.mark.long
 def test_a_point_of_a_sweep_does_not_depend_on_the_others(monkeypatch):
     each = catalog.chunmei2002(gear_ratio=3.0)
-    keywords = SWEEP | {"ensemble": True, "exponents": 1, "lyapunov_turns": 5}
+    keywords = SWEEP | {"ensemble": True, "exponents": 2, "lyapunov_turns": 5}
     over = {"friction": [0.0, 0.1], "clearance": np.geomspace(2e-5, 3e-4, 5)}  # of two structures
     whole = jp.bifurcation(each, over=over, n_jobs=1, **keywords)
     monkeypatch.setattr(chains, "TOGETHER", 2)

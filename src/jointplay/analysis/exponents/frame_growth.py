@@ -1,7 +1,7 @@
 """Growth of a frame of tangents along a motion, recorded block by block, to estimate exponents from.
 
-One motion with any number of exponents at a time, or eight motions with one exponent each in the lanes of an
-ensemble (motion.ensemble_runs), whose method is another and whose numbers differ within the tolerance.
+One motion at a time, or eight motions in the lanes of an ensemble (motion.ensemble_runs), whose method is
+another and whose numbers differ within the tolerance.
 
 Exponents of a section's map, from the growth of tangents along the flow.
 
@@ -36,7 +36,7 @@ from jointplay.solver.equations.structure import Oscillator
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.motion import eligibility
 from jointplay.solver.motion.eligibility import LEFT, exclusion, route_of
-from jointplay.solver.motion.ensemble_runs import Carried, Tangent, carry, follow_ensemble
+from jointplay.solver.motion.ensemble_runs import Carried, Vectors, carry, follow_ensemble
 from jointplay.solver.motion.progress import Stopped
 from jointplay.solver.motion.trajectory import INTERRUPTED, Records, Request, counts
 
@@ -144,14 +144,13 @@ def grown(
         if not neutral or moves(start, float(bundle.tangents.logs[0])):
             break
     kept = {"neutral": neutral, "rested": timeless and not neutral, "grazing": bundle.grazing}
-    excluded = exclusion(model, stretch.request) or ("" if _alike(model, stretch) else "exponents")
+    excluded = exclusion(model, stretch.request) or ("" if _alike(model) else "exponents")
     return Stretched(model, rows, bundle.logs, **kept, **ended, route=route_of(excluded))
 
 
-def _alike(model: Model, stretch: Stretch) -> bool:
-    """Whether lanes can carry the tangents: a single one, of an autonomous linkage without memories."""
-    alone = stretch.count == 1 and model.links and not model.memories
-    return bool(alone) and has_no_clock(model)
+def _alike(model: Model) -> bool:
+    """Whether lanes can carry the tangents: those of an autonomous linkage without memories."""
+    return bool(model.links and not model.memories) and has_no_clock(model)
 
 
 def grown_together(models: Sequence[Model], stretches: Sequence[Stretch]) -> list[Stretched]:
@@ -162,12 +161,12 @@ def grown_together(models: Sequence[Model], stretches: Sequence[Stretch]) -> lis
     """
     groups: dict[Any, list[int]] = {}
     for n, (model, one) in enumerate(zip(models, stretches, strict=True)):
-        if not exclusion(model, one.request) and _alike(model, one):
-            groups.setdefault(model.structure, []).append(n)
+        if not exclusion(model, one.request) and _alike(model):
+            groups.setdefault((model.structure, one.count), []).append(n)
     found: dict[int, Stretched | None] = {}
     for group in groups.values():
         some, own = [models[n] for n in group], [stretches[n] for n in group]
-        carried = carry(some, [one.request for one in own], list(map(_tangent, some, own)))
+        carried = carry(some, [one.request for one in own], list(map(_vectors, some, own)))
         found |= zip(group, map(_stretched, some, carried), strict=True)
     alone = {n: grown(*two) for n, two in enumerate(zip(models, stretches, strict=True)) if not found.get(n)}
     alone |= {n: replace(run, route=LEFT) for n, run in alone.items() if n in found}
@@ -184,12 +183,12 @@ def followed_together(questions: Sequence[tuple[Model, Request | Stretch]]) -> l
     return [found[n] for n in range(len(questions))]
 
 
-def _tangent(model: Model, stretch: Stretch) -> Tangent:
-    """The tangent that `framed` has besides the motion's own."""
+def _vectors(model: Model, stretch: Stretch) -> Vectors:
+    """The tangents that `framed` has besides the motion's own."""
     scale, request = scales(model), stretch.request
     block = (request.duration - stretch.begin) / batch_means.BLOCKS
     limits = SOLVED * request.rtol, tolerated(model.structure, request.rtol)
-    return Tangent(frame(2, scale)[1], scale, stretch.begin, block, *limits)
+    return Vectors(frame(1 + stretch.count, scale)[1:], scale, stretch.begin, block, *limits)
 
 
 def _stretched(model: Model, run: Carried) -> Stretched | None:

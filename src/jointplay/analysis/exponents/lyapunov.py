@@ -79,12 +79,9 @@ def _twins_fit(mechanism: Mechanism | TestSystem, twin_turns: int) -> Iterator[P
         yield from rules.turns_alike(mechanism)
 
 
-def _ensemble_fits(
-    exponents: int | str, error: float | None, saltation: bool, ensemble: bool | None
-) -> Iterator[Problem]:
-    if ensemble and (exponents, error, saltation) != (1, None, True):
-        expected = "true is accepted for one exponent, with saltation and without a wanted error"
-        yield Problem("ensemble", ensemble, expected)
+def _ensemble_fits(error: float | None, saltation: bool, ensemble: bool | None) -> Iterator[Problem]:
+    if ensemble and (error, saltation) != (None, True):
+        yield Problem("ensemble", ensemble, "true is accepted with saltation and without a wanted error")
 
 
 def verdict(result: xr.Dataset) -> xr.DataArray:
@@ -160,7 +157,7 @@ OUTPUTS = Outputs(
 )
 
 
-@batchable(exponents=1, error=None, saltation=True, twin_turns=0)
+@batchable(error=None, saltation=True, twin_turns=0)
 @analysis(
     rules.length_fits,
     exponents_fit,
@@ -207,8 +204,8 @@ def lyapunov(  # noqa: D417 (nobody gives it the model)
         Whether tangents jump at events. False leaves the jumps out, for comparison: the result is then wrong
         wherever a force jumps.
     ensemble : bool, optional
-        Whether the motion is followed beside those of other cells of a `[vary]`, in an ensemble: one
-        exponent, without `error`. If left out, wherever sixteen or more go side by side and the structure
+        Whether the motion is followed beside those of other cells of a `[vary]`, in an ensemble, without
+        `error`. If left out, wherever sixteen or more go side by side and the structure
         allows it.
 
     Raises

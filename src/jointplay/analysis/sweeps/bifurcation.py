@@ -397,9 +397,8 @@ def bifurcation(
         Whether eight motions are followed at once: points of a reset sweep, or chains side by side. If left
         out, where there are sixteen or more and the structure allows it (rigid links and a motor, clearance
         in one to three joints, an rtol of 1e-8 or more). Two to three times as fast; by another method, whose
-        numbers differ within the tolerance, and do not depend on which motions run beside each other. A
-        single exponent is measured so too. ``followed`` and ``exponents_followed`` say of each point how it
-        went.
+        numbers differ within the tolerance, and do not depend on which motions run beside each other.
+        Exponents are measured so too. ``followed`` and ``exponents_followed`` say of each point how it went.
     n_jobs : int, optional
         Worker processes, 2 if left out. Sweeps up and down run one point after another, so that there are as
         many cells as directions, starts and values of the other parameter. The result does not depend on it.

@@ -93,8 +93,8 @@ def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> lis
 
 
 @dataclass(frozen=True)
-class Tangent:
-    """A tangent to be carried along: its start, the scales of the states, and its tolerance.
+class Vectors:
+    """Tangents to be carried along: their start, rows; the scales of the states, and their tolerance.
 
     Rows are recorded from `begin` s on, a `block` s apart (method.tangents.tangent).
     """
@@ -109,19 +109,19 @@ class Tangent:
 
 @dataclass(frozen=True)
 class Carried:
-    """A motion with its tangent: records (None: it was not finished), rows of growth, the closest grazing."""
+    """A motion with its tangents: records (None: it did not end), rows of growth, the closest grazing."""
 
     records: Records | None
     rows: np.ndarray
     grazing: float
 
 
-def carry(models: Sequence[Model], requests: Sequence[Request], tangents: Sequence[Tangent]) -> list[Carried]:
-    """Follow motions of one structure, each of which suits, with a tangent each."""
+def carry(models: Sequence[Model], requests: Sequence[Request], tangents: Sequence[Vectors]) -> list[Carried]:
+    """Follow motions of one structure, each of which suits, with as many tangents each."""
     return _in_lanes(list(zip(models, requests, strict=True)), tangents)[1]
 
 
-def _in_lanes(pairs: list[tuple[Model, Request]], given: Sequence[Tangent] = ()) -> tuple[list, list]:
+def _in_lanes(pairs: list[tuple[Model, Request]], given: Sequence[Vectors] = ()) -> tuple[list, list]:
     """Motions of one structure in lanes, and their tangents."""
     from jointplay.solver.method.control import FULL
     from jointplay.solver.method.interface import OPTIONS, TRAJECTORY, WORK, table
@@ -163,7 +163,7 @@ def _in_lanes(pairs: list[tuple[Model, Request]], given: Sequence[Tangent] = ())
             _hand_out(tangents.rows[: tangents.count[0]], grown)
             tangents.count[0] = 0
 
-    own = pace(models[0].structure, name, len(given) and 1)
+    own = pace(models[0].structure, name, len(given[0].start) if given else 0)
     in_pieces(call, lambda: int(place[PASSED_BY]), own, FULL, math.inf, take)
     each, found = (time.perf_counter() - began) / len(models), []
     for n, (model, request) in enumerate(requested):
@@ -195,14 +195,14 @@ def _variations(model: Model) -> tuple:
     return pointers(gradients, size, kind=Variations)
 
 
-def _started(tangents: Sequence[Tangent]) -> tuple:
+def _started(tangents: Sequence[Vectors]) -> tuple:
     """Tangents as the loop carries them, and a frame."""
     from jointplay.solver.method.lanes.tangent import frame
     from jointplay.solver.method.lanes.tangent import tangents as carried
 
     starts, scales = (np.array([getattr(each, name) for each in tangents]) for name in ("start", "scale"))
     real = np.array([[each.begin, each.block, each.tolerance, each.limit] for each in tangents])
-    return carried(starts, scales, real, LOG_ROWS), frame(starts.shape[1])
+    return carried(starts, scales, real, LOG_ROWS), frame(*starts.shape[1:])
 
 
 def _functions(model: Model, form: Form) -> tuple:

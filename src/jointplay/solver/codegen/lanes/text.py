@@ -33,8 +33,13 @@ STEP, TANGENT = (
 
 
 def at(row: int, k: int = 0) -> str:
-    """Lane i of a row."""
-    return f"w[{8 * (row + k)} + i]"
+    """Lane i of a row, which may be a tangent's own."""
+    return of("own", row, k) if row >= rows.OWN else f"w[{8 * (row + k)} + i]"
+
+
+def of(array: str, row: int, k: int = 0) -> str:
+    """Lane i of a tangent's own row."""
+    return f"{array}[{8 * (row + k - rows.OWN)} + i]"
 
 
 def stage(block: int, j: int, k: int) -> str:
@@ -92,17 +97,16 @@ def fetch(n: int, j: int, place: Callable[[int, int], str] = at) -> list[str]:
 
 def function(name: str, lines: list[str], head: str = "@compiled", arguments: str = "w") -> str:
     """A function that the loop calls; each of its loops over lanes is a function of its own."""
-    loops, body = [], []
+    loops, body, given = [], [], arguments.removesuffix(", j")
     for line in lines:
         indent = line[: len(line) - len(line.lstrip())]
         if line.strip() == LOOP:
             loops.append([indent])
-            body.append(f"{indent}{name}_part{len(loops)}(w)")
-        elif loops and len(indent) > len(loops[-1][0]) and body[-1].endswith(f"_part{len(loops)}(w)"):
+            body.append(f"{indent}{name}_part{len(loops)}({given})")
+        elif loops and len(indent) > len(loops[-1][0]) and body[-1].endswith(f"_part{len(loops)}({given})"):
             loops[-1].append(f"    {line.strip()}")
         else:
             body.append(line)
-    texts = [
-        ["@lanewise", f"def {name}_part{n}(w, i):", *loop[1:], "\n"] for n, loop in enumerate(loops, start=1)
-    ]
+    heads = [f"def {name}_part{n + 1}({given}, i):" for n in range(len(loops))]
+    texts = [["@lanewise", head, *loop[1:], "\n"] for head, loop in zip(heads, loops, strict=True)]
     return "\n".join([*(line for text in texts for line in text), head, f"def {name}({arguments}):", *body])

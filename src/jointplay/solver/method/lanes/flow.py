@@ -11,7 +11,16 @@ from . import layout as rows
 from . import tangent
 from .lane import ends
 from .memory import JOBS, LANES, PARTS
-from .tangent import base_slopes, before_event, carry, jump, lay_down, renew, take_up
+from .tangent import (
+    base_slopes,
+    before_event,
+    carry,
+    follow,
+    jump,
+    lay_down,
+    renew,
+    take_up,
+)
 
 
 @inlined
@@ -71,7 +80,7 @@ def run(functions, parts, vectorised, lanes, jobs, derivatives, tangents, frame)
             return FULL
         _attempt(vectorised, w)
         if tangents is not None:
-            carry(vectorised, derivatives, w)
+            carry(vectorised, derivatives, w, tangents)
         jobs.place[rows.PASSED_BY] += 1
         odd, events = 0, 0
         for i in range(8):
@@ -82,7 +91,7 @@ def run(functions, parts, vectorised, lanes, jobs, derivatives, tangents, frame)
                 if w[8 * rows.TAKEN + i] > 0.0 and w[8 * rows.PASSES + i] > 0.0:
                     parts.approaches(functions, lanes, jobs, i)
         if tangents is not None:
-            derivatives.settle(w)
+            follow(derivatives, w, tangents)
         vectorised.settle(w)
         if events:
             for i in range(8):

@@ -57,13 +57,20 @@ PAIRS, _next = _blocks(_next, 1, 2 * 2 * N * N)  # of the complex ones
 Z, W, F, PAST, _next = _blocks(_next, 4, N * STAGES)  # stages of the speeds: increments, …
 WATCHES, _next = _blocks(_next, 1, GUARDS * STAGES)  # guards at the stages
 STEP_END = _next
-# Of tangents (method.lanes.tangent): what is so of the iteration and of the base point; sizes, sums …
-ACTIVE, STRAINED, FOLLOWS, DUE, NEW_SLOPES, _next = _blocks(_next, 5)
-D_SIZE, D_RATIO, D_LENGTH, D_TOLERANCE, D_LIMIT, NEXT_ROW, TRACE, GAIN, _next = _blocks(_next, 8)
-D_POSITION, D_SPEED, WEIGHT_POSITION, WEIGHT, RATE_BEFORE, _next = _blocks(_next, 5, N)
-D_Z, D_W, D_F, D_PAST, _next = _blocks(_next, 4, N * STAGES)  # as those of the speeds
+# Of tangents (method.lanes.tangent): what is so of them and of the base point; tolerance, sums; of a step its
+# length, the trace's integral, the logarithm of the frame's growth; time in which its last is by volume
+DUE, STRAINED, NEW_SLOPES, D_TOLERANCE, NEXT_ROW, TRACE, _next = _blocks(_next, 6)
+SPAN, GAIN, GROWN, UNRESOLVED, _next = _blocks(_next, 4)
+WEIGHT_POSITION, WEIGHT, RATE_BEFORE, _next = _blocks(_next, 3, N)
 SLOPES, _next = _blocks(_next, 1, (1 + STAGES) * 2 * N * N)  # d rate / d state: base, stages
 NUMBERS = _next  # parameters, and what follows from these alone
+# In an array that each tangent, and the rate before them, has of its own: logarithm of its growth, or of the
+# rate's length; what is so of its iteration; sizes, the error allowed …
+OWN = 1 << 20
+D_LOG, ACTIVE, LEFT_OVER, FOLLOWS, D_SIZE, D_RATIO, D_LENGTH, D_LIMIT, _next = _blocks(OWN, 8)
+D_POSITION, D_SPEED, _next = _blocks(_next, 2, N)
+D_Z, D_W, D_F, D_PAST, _next = _blocks(_next, 4, N * STAGES)  # as those of the speeds
+OWN_SIZE = _next - OWN
 
 # Places in Jobs.place: the next trajectory, rows in the log, passes made, passes after which the loop pauses
 NEXT, LOGGED, PASSED_BY, PAUSE, PLACES = range(5)
@@ -105,20 +112,27 @@ class Parts(NamedTuple):
 
 
 class Variations(NamedTuple):
-    """Functions that carry a tangent: of its size, of the structure, and the gradient of its guards."""
+    """Functions that carry tangents: of their size, of the structure, and the gradient of its guards."""
 
     start: Callable
     point: Callable
     keep: Callable
     vary: Callable
     improve: Callable
-    judge: Callable
-    settle: Callable
+    check: Callable
+    follow: Callable
+    advance: Callable
     base: Callable
+    rate: Callable
+    remove: Callable
+    shorten: Callable
+    complete: Callable
     gradient: Callable
 
 
-CALL, STAGE_CALL = void(vector), void(vector, INT)
+OF_ONE = "start", "vary", "improve", "check", "follow", "rate", "shorten", "complete"
+CALL, STAGE_CALL, OWN_CALL = void(vector), void(vector, INT), void(vector, vector)
 SIGNATURES = dict.fromkeys(Functions._fields + Variations._fields, CALL)
 SIGNATURES |= {"point": STAGE_CALL, "keep": STAGE_CALL, "gradient": ONE_BY_ONE["gradient"]}
+SIGNATURES |= dict.fromkeys(OF_ONE, OWN_CALL) | {"remove": void(vector, vector, vector)}
 FUNCTIONS, VARIATIONS = Record(Functions, SIGNATURES), Record(Variations, SIGNATURES)

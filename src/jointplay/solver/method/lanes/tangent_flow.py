@@ -9,7 +9,7 @@ from .flow import run
 from .memory import JOBS, LANES, PARTS
 from .tangent import tangents
 
-TANGENTS = Record.of(tangents(np.zeros((1, 1)), np.ones((1, 1)), np.zeros((1, 1)), 1))
+TANGENTS = Record.of(tangents(np.zeros((1, 1, 1)), np.ones((1, 1)), np.zeros((1, 1)), 1))
 flow = run
 OWN = rows.VARIATIONS, TANGENTS, FRAME
 UNIT = {"flow": Signature(INT, (FUNCTIONS, PARTS, rows.FUNCTIONS, LANES, JOBS, *OWN))}
