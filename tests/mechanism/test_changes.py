@@ -116,6 +116,11 @@ def test_every_wrong_change_at_once():
         ),
         ({"drive": None, "efficiency_in_slope": True}, "efficiency_in_slope", "drive, and there is no drive"),
         ({"speed": 3, "drive": None}, "speed", "not both"),
+        (
+            {"joints.B.clearance": 1e-5, "joints[2].clearance": 2e-5},
+            "joints[2].clearance",
+            "either this or joints.B.clearance, which is the same, is accepted, not both",
+        ),
         ({"speed": 0}, "speed", "other than 0"),
         ({"drive": {"kind": "speed", "link": "crank"}}, "drive.speed", "speed in rad/s"),
         ({"drive": {"kind": "speed", "link": "rod", "speed": 1}}, "mechanism.drive.link", "accepted: crank"),

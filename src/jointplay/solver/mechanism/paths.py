@@ -62,7 +62,8 @@ def part_at(record: Any, path: str, place: str) -> tuple[Any, Problem | None]:
         if not parts:
             return None, Problem(place, step, f"nothing is accepted: {above} has no parts here")
         if step not in parts:
-            known = [name for name in parts if name[0] != "["] or parts
+            within = [join(name, step) for name, part in parts.items() if step in below(part)]
+            known = within or [name for name in parts if name[0] != "["] or parts
             return None, unknown(place, step, step, known, "part")
         record, above = parts[step], join(above, step)
     return record, None
@@ -149,9 +150,13 @@ def _anew(record: Any, path: str, changes: Mapping[str, Any]) -> bool:
 
 
 def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """The changes that are by path; `InputError` naming every path that leads nowhere."""
+    """The changes that are by path; `InputError` naming every one that leads nowhere, or where another does."""
     by_path = {key: value for key, value in changes.items() if is_path(key)}
     raise_any(problem for key in by_path if (problem := part_at(record, key, key)[1]))
+    first: dict[str, str] = {}
+    same = ((key, first.setdefault(_by_name(record, key), key)) for key in by_path)
+    text = "either this or {}, which is the same, is accepted, not both"
+    raise_any(Problem(key, by_path[key], text.format(one)) for key, one in same if one != key)
     return by_path
 
 
