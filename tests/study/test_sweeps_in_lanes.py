@@ -162,8 +162,9 @@ def test_a_vary_table_chooses_lanes_where_cells_fill_them():
     many = "vary.clearance={start=2e-5,stop=3e-5,num=20}"
     whole = first_work(loaded(CELLS.replace("KIND", "section").replace("ensemble = true", ""), many).record)
     assert [len(job.keys) for job in whole.jobs] == [10, 10]
-    for change in ("analysis.exponents=2", "analysis.error=0.1", "integrator.rtol=1e-10"):
-        text = CELLS.replace("KIND", "lyapunov").replace("ensemble = true", "")
-        alone = first_work(loaded(text, many, change).record)
-        assert [len(job.keys) for job in alone.jobs] == [1] * 20
+    text = CELLS.replace("KIND", "lyapunov").replace("ensemble = true", "")
+    for change in ("analysis.exponents=2", "analysis.exponents='all'"):
+        assert [len(job.keys) for job in first_work(loaded(text, many, change).record).jobs] == [10, 10]
+    for change in ("analysis.error=0.1", "integrator.rtol=1e-10"):
+        assert [len(job.keys) for job in first_work(loaded(text, many, change).record).jobs] == [1] * 20
     assert len({key for job in whole.jobs for key in job.keys}) == 20

@@ -90,6 +90,18 @@ def test_parts_of_a_frame_are_the_frame():
     assert np.allclose(gains(few)[TANGENT : TANGENT + 2], gains(more)[TANGENT : TANGENT + 2], atol=2e-3)
 
 
+@pytest.mark.nightly
+@pytest.mark.parametrize("number", [9, 10])
+def test_what_sticking_takes_of_a_whole_frame_is_not_what_rounding_leaves(number):
+    """The slip ends slowly there: the last tangent keeps 3e-9 of its length by rounding alone."""
+    each = model(np.geomspace(2.9e-5, 2.9e-4, 20)[number])
+    (run,) = grown_together([each], [asked(each, 30, count=6)])
+    last = run.rows[:, run.logs.stop - 1]
+    assert ROUTES[run.route] == "in_lanes"
+    assert np.isneginf(run.rows[-1, VOLUME])
+    assert np.array_equal(np.isneginf(run.rows[:, VOLUME]), np.isneginf(last))
+
+
 TORQUE = {"kind": "torque", "link": "crank", "constant": 0.5, "nominal_speed": 100.0}
 OTHERS = {
     "loops": lambda: catalog.watt(clearance={"F": 6e-5}).replace(drive=TORQUE),

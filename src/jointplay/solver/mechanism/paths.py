@@ -150,7 +150,7 @@ def _anew(record: Any, path: str, changes: Mapping[str, Any]) -> bool:
 
 
 def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """The changes that are by path; `InputError` naming every one that leads nowhere, or where another does."""
+    """The changes that are by path; `InputError` naming each that leads nowhere, or where another does."""
     by_path = {key: value for key, value in changes.items() if is_path(key)}
     raise_any(problem for key in by_path if (problem := part_at(record, key, key)[1]))
     first: dict[str, str] = {}

@@ -214,7 +214,21 @@ def through(tangents, n_q, n_x, reset, lossy):
         along(tangents, n_x)
     if tangents.count[HELD] == 0:
         orthonormal(tangents, width, 1.0 if lossy or reset else 0.0)
+        if lossy and len(tangents.alive) == n_x:
+            _lose_last(tangents, width)
     return True
+
+
+@inner
+def _lose_last(tangents, width):
+    """Give up the last tangent of a whole frame that has lost a dimension, where rounding has left it one."""
+    last, lost = len(tangents.alive) - 1, 0
+    for i in range(last + 1):
+        lost += 1 - tangents.alive[i]
+    if lost == 0:
+        tangents.alive[last], tangents.logs[last] = 0, -np.inf
+        for r in range(last * width, (last + 1) * width):
+            tangents.d[r] = 0.0
 
 
 @inner
