@@ -132,6 +132,18 @@ def test_one_wrong_change(changes, key, words):
     assert words in problem.expected
 
 
+def test_a_part_without_a_name_is_known_by_its_number():
+    plain = catalog.chunmei2002().model_dump(exclude_none=True)
+    plain["links"][0]["masses"] = [{"mass": 0.1, "at": 0.02}, {"mass": 0.2, "at": 0.01}]
+    mechanism = Mechanism(**plain)
+    found = mechanism.replace(**{"links.crank.masses[0].mass": 0.3, "links[0].masses[1].mass": 0.4})
+    assert [each.mass for each in found.link("crank").masses] == [0.3, 0.4]
+    wrong = problems_of(
+        mechanism.replace, **{"links.crank.masses[0].mass": 0.3, "links[0].masses[0].mass": 0.4}
+    )
+    assert "links.crank.masses[0].mass" in only(wrong, "links[0].masses[0].mass").expected
+
+
 def test_changes_that_find_nothing_to_change(plain):
     for joint in plain["joints"]:
         del joint["contact"], joint["friction"]

@@ -119,7 +119,8 @@ def _by_name(record: Any, path: str) -> str:
     result = ""
     for step in steps(path):
         record = below(record).get(step)
-        result = join(result, getattr(record, "name", step) if step.startswith("[") else step)
+        named = step.startswith("[") and getattr(record, "name", None)
+        result = join(result, named or step)
     return result
 
 
