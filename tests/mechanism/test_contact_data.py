@@ -311,6 +311,8 @@ def test_a_stiffness_by_hand_that_no_such_pin_has_is_doubted():
 def test_a_path_to_a_part_without_its_last_step_but_one_is_named():
     with pytest.raises(jp.InputError, match=r"did you mean 'parts\.length'"):
         linkage(contact=PARTS).replace(**{"joints.B.contact.length": 0.02})
+    with pytest.raises(jp.InputError, match=r"accepted: crank\.mass, coupler\.mass, rocker\.mass$"):
+        jp.catalog.chunmei2002().replace(**{"links.mass": 0.02})
 
 
 def test_what_follows_from_parts_follows_a_change():

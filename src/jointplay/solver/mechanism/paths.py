@@ -62,9 +62,9 @@ def part_at(record: Any, path: str, place: str) -> tuple[Any, Problem | None]:
         if not parts:
             return None, Problem(place, step, f"nothing is accepted: {above} has no parts here")
         if step not in parts:
-            within = [join(name, step) for name, part in parts.items() if step in below(part)]
-            known = within or [name for name in parts if name[0] != "["] or parts
-            return None, unknown(place, step, step, known, "part")
+            known = [name for name in parts if name[0] != "["] or [*parts]
+            within = [join(name, step) for name in known if step in below(parts[name])]
+            return None, unknown(place, step, step, within or known, "part")
         record, above = parts[step], join(above, step)
     return record, None
 
