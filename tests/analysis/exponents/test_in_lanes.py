@@ -150,14 +150,14 @@ def test_the_exponent_of_a_periodic_motion_is_its_multiplier():
     assert found == pytest.approx(np.log(size) / int(orbit.period), abs=1e-3)
 
 
-@pytest.fixture(scope="module")
-def company():
+@pytest.fixture(scope="module", params=[1, 3, 6])
+def company(request):
     """Motions that fly, slip and stick, of different lengths and tolerances."""
     rng = np.random.default_rng(3)
-    drawn = [(10 ** rng.uniform(-4.6, -3.5), rng.choice([0.01, 0.3]), rng.uniform(2, 15)) for _ in range(12)]
+    drawn = [(10 ** rng.uniform(-4.6, -3.5), rng.choice([0.01, 0.3]), rng.uniform(2, 15)) for _ in range(24)]
     scenes = [model(*each) for each in drawn]
     asks = [asked(s, rng.uniform(0.3, 1.2), 10 ** rng.uniform(-6, -4)) for s in scenes]
-    asks = [replace(each, count=(1, 2, 6)[n % 3]) for n, each in enumerate(asks)]
+    asks = [replace(each, count=request.param) for each in asks]
     return scenes, asks, grown_together(scenes, asks)
 
 
@@ -178,7 +178,7 @@ def test_order_does_not_matter(company):
 @pytest.mark.long
 def test_company_does_not_matter(company):
     scenes, asks, runs = company
-    for n in range(0, len(scenes), 2):
+    for n in range(len(scenes)):
         assert same(grown_together([scenes[n]], [asks[n]])[0], runs[n])
         assert same(grown_together([scenes[0], scenes[n]], [asks[0], asks[n]])[1], runs[n])
 

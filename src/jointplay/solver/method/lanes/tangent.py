@@ -24,6 +24,7 @@ from .radau import STAGES
 MOST = 10  # updates of an iteration; nearly all take three to five
 # Places in Tangents.real, of one trajectory each
 Y_BEGIN, Y_BLOCK, Y_TOLERANCE, Y_LIMIT, REALS = range(5)
+NO_LIMIT = 1e300  # of an error: finite, for a tangent that was lost has no length
 ROOM = 16  # rows that one pass may need
 
 
@@ -78,14 +79,16 @@ def _place(row, i):
 def take_up(lanes, jobs, tangents, i):
     """Begin the tangents of a trajectory that has just entered a lane."""
     w, job = lanes.w, lanes.whole[8 * rows.JOB + i]
+    for m in range(len(tangents.own)):
+        for at in range(i, len(tangents.own[m]), 8):
+            tangents.own[m, at] = 0.0
     for m in range(1, len(tangents.own)):
         own, limit = tangents.own[m], tangents.real[job, Y_LIMIT]
         for r in range(lanes.n):
             own[_place(rows.D_POSITION + r, i)] = tangents.frame[job, m - 1, r]
             own[_place(rows.D_SPEED + r, i)] = tangents.frame[job, m - 1, lanes.n + r]
-        own[_place(rows.D_LOG, i)] = 0.0
         limit *= TRAILING if m > 1 else 1.0
-        own[_place(rows.D_LIMIT, i)] = np.inf if m + 1 == 2 * lanes.n else limit  # it is known by its volume
+        own[_place(rows.D_LIMIT, i)] = NO_LIMIT if m + 1 == 2 * lanes.n else limit  # known by its volume
     for r in range(lanes.n):
         w[8 * (rows.WEIGHT_POSITION + r) + i] = tangents.weight[job, r]
         w[8 * (rows.WEIGHT + r) + i] = tangents.weight[job, lanes.n + r]
@@ -101,18 +104,17 @@ def carry(vectorised, derivatives, w, tangents):
     """Solve for the tangents of all steps that may be accepted, and judge them too."""
     for m in range(1, len(tangents.own)):
         derivatives.start(w, tangents.own[m])
-    if _any(tangents.own[1], rows.ACTIVE - rows.OWN):
-        for s in range(STAGES):
-            derivatives.point(w, s)
-            vectorised.jacobian(w)
-            derivatives.keep(w, s)
-        for m in range(1, len(tangents.own)):
-            own = tangents.own[m]
-            for _ in range(MOST):
-                derivatives.vary(w, own)
-                derivatives.improve(w, own)
-                if not _any(own, rows.ACTIVE - rows.OWN):
-                    break
+    for s in range(STAGES):  # of all steps: the error of one that is rejected hangs on no other's
+        derivatives.point(w, s)
+        vectorised.jacobian(w)
+        derivatives.keep(w, s)
+    for m in range(1, len(tangents.own)):
+        own = tangents.own[m]
+        for _ in range(MOST):
+            if not _any(own, rows.ACTIVE - rows.OWN):
+                break
+            derivatives.vary(w, own)
+            derivatives.improve(w, own)
     for m in range(1, len(tangents.own)):
         derivatives.check(w, tangents.own[m])
 
