@@ -214,7 +214,7 @@ def through(tangents, n_q, n_x, reset, lossy):
         along(tangents, n_x)
     if tangents.count[HELD] == 0:
         orthonormal(tangents, width, 1.0 if lossy or reset else 0.0)
-        if lossy and len(tangents.alive) == n_x:
+        if lossy and len(tangents.alive) == n_x and tangents.count[SALTATION]:
             _lose_last(tangents, width)
     return True
 
