@@ -205,8 +205,7 @@ def lyapunov(  # noqa: D417 (nobody gives it the model)
         wherever a force jumps.
     ensemble : bool, optional
         Whether the motion is followed beside those of other cells of a `[vary]`, in an ensemble, without
-        `error`. If left out, wherever sixteen or more go side by side and the structure
-        allows it.
+        `error`. If left out, wherever sixteen or more go side by side and the structure allows it.
 
     Raises
     ------

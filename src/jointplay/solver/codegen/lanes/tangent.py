@@ -12,6 +12,7 @@ and of one tangent, whose numbers are `own`
     improve(w, own)  one update of its stages with the step's own matrices, until it has converged
     check(w, own)    its error; who may go on plainly
     follow(w, own)   it at the new base point
+    due(w, own)      who has to be rid of its part along the rate there
 
 and of a frame, where a step is TAKEN
 
@@ -24,15 +25,12 @@ The equations Z = h A J (d + Z) are those of method.tangents.tangent, stages tho
 One text for structures of one size. Rows: method.lanes.layout.
 """
 
-import numpy as np
-
 from ...method.lanes import layout as rows
-from ...method.lanes.radau import ERROR, ERROR_A, ERROR_C, GAMMA, LATE, STAGES, A
+from ...method.lanes.radau import A_INVERSE, ERROR, ERROR_A, ERROR_C, GAMMA, LATE, STAGES, A
 from ...method.tangents.tangent import RESOLVED
 from .algebra import predict, solve
 from .text import TANGENT, at, choose, fetch, function, lanes, moved, of, stage, total
 
-INVERSE = np.linalg.inv(A)
 HEADER = '''"""Generated: tangents beside each of eight trajectories; do not edit."""
 from math import inf, log, sqrt
 
@@ -53,7 +51,13 @@ def text(n: int) -> str:
     """Source of the module, for n positions."""
     N = range(n)
     own = {"start": _start(N), "vary": _vary(N), "improve": _improve(N), "check": _check(N)}
-    own |= {"follow": _follow(N), "rate": _rate(N), "shorten": _shorten(N), "complete": _complete()}
+    own |= {
+        "follow": _follow(N),
+        "due": lanes(*_due(N)),
+        "rate": _rate(N),
+        "shorten": _shorten(N),
+        "complete": _complete(),
+    }
     bodies = [function(*each, arguments="w, own") for each in own.items()]
     bodies.append(function("remove", _remove(N), arguments="w, own, other"))
     new = lanes(*_slopes(N, BASE, at(rows.NEW_SLOPES), "new"), *_known())
@@ -197,8 +201,8 @@ def _check(N: range) -> list[str]:
 
 
 def _follow(N: range) -> list[str]:
-    """The tangent at the step's end, and LATER by its rate; for DUE, see method.lanes.tangent."""
-    lines = [*_tangent(N), f"taken, later, keep = {at(rows.TAKEN)}, {at(rows.LATER)}, {at(rows.KEEP)}"]
+    """The tangent at the step's end, and LATER by its rate."""
+    lines = [*_tangent(N), f"taken, later = {at(rows.TAKEN)}, {at(rows.LATER)}"]
     lines += [f"q{k} = d{k} + {moved(END - 1, k, f'v{k}', TANGENT)}" for k in N]
     lines += [f"z{k} = v{k} + {stage(rows.D_Z, END - 1, k)}" for k in N]
     lines += [f"r{k} = z{k} + later * ({_pulled(N, END, k, 'q', 'z')})" for k in N]
@@ -211,7 +215,7 @@ def _follow(N: range) -> list[str]:
         for j in S:
             kept += choose(stage(rows.D_PAST, j, k), stage(rows.D_Z, j, k), "keep > 0.0")
     kept += choose(at(rows.FOLLOWS), "1.0", "keep > 0.0")
-    return lanes(*lines, *_due(N)) + lanes(*kept)
+    return lanes(*lines) + lanes(*kept)
 
 
 def _advance(N: range) -> list[str]:
@@ -230,16 +234,17 @@ def _advance(N: range) -> list[str]:
 
 
 def _due(N: range) -> list[str]:
-    """2 where the tangent has grown far, or lies along the rate."""
-    both = [f"p{k} * {at(rows.WEIGHT_POSITION, k)} * y{k} * {at(rows.WEIGHT_POSITION, k)}" for k in N]
-    both += [f"r{k} * {at(rows.WEIGHT, k)} * b{k} * {at(rows.WEIGHT, k)}" for k in N]
+    """DUE is 2 where the tangent has grown far, or lies along the rate."""
+    both = [f"d{k} * {at(rows.WEIGHT_POSITION, k)} * y{k} * {at(rows.WEIGHT_POSITION, k)}" for k in N]
+    both += [f"v{k} * {at(rows.WEIGHT, k)} * b{k} * {at(rows.WEIGHT, k)}" for k in N]
     return [
+        *_tangent(N),
         *(f"y{k}, b{k} = {at(rows.Y, k)}, {at(rows.RATE_BEFORE, k)}" for k in N),
-        f"size, rate = {_size(N, 'p', 'r')}, {_size(N, 'y', 'b')}",
+        f"size, rate = {_size(N, 'd', 'v')}, {_size(N, 'y', 'b')}",
         f"both = {' + '.join(both)}",
         "far = 1.0 if max(size, 1.0 / (size + 1e-300)) > 1e6 else 0.0",
         f"along = 1.0 if both * both > {ALONG!r} * size * rate else 0.0",
-        "again = 2.0 * max(far, along) if taken > 0.0 else 0.0",
+        f"again = 2.0 * max(far, along) if {at(rows.TAKEN)} > 0.0 else 0.0",
         f"{at(rows.DUE)} = max({at(rows.DUE)}, again)",
     ]
 
@@ -251,7 +256,7 @@ def _rate(N: range) -> list[str]:
         lines.append(f"a{k} = {at(rows.ACCELERATION, k)}")
         Z = [stage(rows.Z, s, k) for s in S]
         for j in S:
-            lines += choose(stage(rows.D_PAST, j, k), f"({total(INVERSE[j], Z)}) / h - a{k}", "keep > 0.0")
+            lines += choose(stage(rows.D_PAST, j, k), f"({total(A_INVERSE[j], Z)}) / h - a{k}", "keep > 0.0")
     lines += choose(at(rows.D_SIZE), "1.0", "keep > 0.0")
     again = [f"taken, size = {at(rows.TAKEN)}, {at(rows.D_SIZE)}"]
     for k in N:

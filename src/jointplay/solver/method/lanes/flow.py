@@ -11,16 +11,7 @@ from . import layout as rows
 from . import tangent
 from .lane import ends
 from .memory import JOBS, LANES, PARTS
-from .tangent import (
-    base_slopes,
-    before_event,
-    carry,
-    follow,
-    jump,
-    lay_down,
-    renew,
-    take_up,
-)
+from .tangent import base_slopes, before_event, carry, follow, jump, lay_down, renew, take_up
 
 
 @inlined

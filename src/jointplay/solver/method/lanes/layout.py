@@ -121,6 +121,7 @@ class Variations(NamedTuple):
     improve: Callable
     check: Callable
     follow: Callable
+    due: Callable
     advance: Callable
     base: Callable
     rate: Callable
@@ -130,7 +131,7 @@ class Variations(NamedTuple):
     gradient: Callable
 
 
-OF_ONE = "start", "vary", "improve", "check", "follow", "rate", "shorten", "complete"
+OF_ONE = "start", "vary", "improve", "check", "follow", "due", "rate", "shorten", "complete"
 CALL, STAGE_CALL, OWN_CALL = void(vector), void(vector, INT), void(vector, vector)
 SIGNATURES = dict.fromkeys(Functions._fields + Variations._fields, CALL)
 SIGNATURES |= {"point": STAGE_CALL, "keep": STAGE_CALL, "gradient": ONE_BY_ONE["gradient"]}

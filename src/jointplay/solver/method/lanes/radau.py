@@ -42,13 +42,14 @@ def _at_nodes() -> tuple[np.ndarray, np.ndarray]:
 
 _c = nodes(STAGES)
 _A = collocation(_c)
-_values, _V = eigen(inverse(_A))
+_inverse = inverse(_A)
+_values, _V = eigen(_inverse)
 _V = _V * np.where(np.arange(STAGES) == 0, np.conj(_V[-1]) / abs(_V[-1]), 1)
 _gamma = _values[0].real
 _moved = np.where(np.arange(STAGES) == 0, -1 / _gamma, 0)
-_error = _gamma * inverse(_A).T @ inverse(_c[:, None] ** np.arange(STAGES)).T @ _moved
+_error = _gamma * _inverse.T @ inverse(_c[:, None] ** np.arange(STAGES)).T @ _moved
 
-NODES, A = _c.astype(float), _A.astype(float)
+NODES, A, A_INVERSE = _c.astype(float), _A.astype(float), _inverse.astype(float)
 EIGEN = [(float(_values[k].real), float(_values[k].imag)) for k in (0, 1, 3)]
 GAMMA = EIGEN[0][0]
 TO_EIGEN, TO_STAGE = _parts(inverse(_V), 1, 1), _parts(_V.T, 2, -2).T.copy()

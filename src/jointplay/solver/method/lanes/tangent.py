@@ -130,6 +130,7 @@ def follow(derivatives, w, tangents):
     for m in range(1, count):
         derivatives.follow(w, tangents.own[m])
     if count == 2:
+        derivatives.due(w, tangents.own[1])
         return
     derivatives.rate(w, tangents.own[0])
     for m in range(count):
